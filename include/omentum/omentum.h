@@ -57,6 +57,7 @@
 #include "omentum/scene.h"
 #include "omentum/scene_ct.h"
 #include "omentum/scene_model.h"
+#include "omentum/scene_vary.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/sense.h"
 #include "omentum/sense_stereo.h"

@@ -432,12 +432,14 @@ class OmPreplanVerdict(IntEnum):
     CHOSEN = 0
     MORE_ACTIONS = 1
     MORE_FORCE = 2
-    HIDDEN = 3
-    FORCE_LIMIT = 4
-    ATTACHED = 5
-    NO_TISSUE = 6
-    OUT_OF_REACH = 7
-    NVERDICT = 8
+    FRAGILE = 3
+    SPREAD = 4
+    HIDDEN = 5
+    FORCE_LIMIT = 6
+    ATTACHED = 7
+    NO_TISSUE = 8
+    OUT_OF_REACH = 9
+    NVERDICT = 10
 
 
 class OmUpdateTiming(IntEnum):
@@ -3993,6 +3995,12 @@ class OmPreplanPoint(Struct):
     double force;       // N, largest pull; -1: the twin's engine has no forces
     int naction;        // as the loop counts: reach, grasp, each pull, each fold
     int nstep;          // of the twin, of all sequences tried
+    int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
+    int ntwin_exposed;  // of these, in which the ROI was exposed at the end
+    // m: largest distance, median of the surface, from the believed twin at the same step
+    double spread;
+    int warning;        // state of Alg. 5 that this distance would raise, 0 to 3
+    double force_most;  // N, largest pull in the changed twins
 } OmPreplanPoint;"""
     block: int
     arm: int
@@ -4005,6 +4013,11 @@ class OmPreplanPoint(Struct):
     force: float
     naction: int
     nstep: int
+    ntwin: int
+    ntwin_exposed: int
+    spread: float
+    warning: int
+    force_most: float
 
 
 class OmPreplan(Struct):
@@ -4041,11 +4054,13 @@ class OmPreplanDef(Struct):
     const OmScene* scene;  // borrowed; only the twin's side of it is used
     int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
     int nlowest;  // of the exposing points this many of lowest force compete; default 3
+    int nagain;  // exposing points repeated in changed twins; default 6; 0: none, the thesis's choice
 } OmPreplanDef;"""
     cookie: int
     scene: Any
     nworker: int
     nlowest: int
+    nagain: int
 
 
 class OmScanDef(Struct):
@@ -6443,9 +6458,9 @@ complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi"
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 6), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
 complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
-complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
+complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int), ("ntwin", c_int), ("ntwin_exposed", c_int), ("spread", c_double), ("warning", c_int), ("force_most", c_double)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
 complete(OmPreplan, [("scene", c_char * 64), ("seed", c_int), ("n", c_int), ("point", OmPreplanPoint * 256), ("chosen", c_int), ("is_exposing", c_bool), ("visibility", c_double), ("force_limit", c_double), ("ntried", c_int), ("nexposing", c_int), ("nstep", c_int64), ("reason", c_char * 256)], {})
-complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int)], {})
+complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int), ("nagain", c_int)], {})
 complete(OmScanDef, [("cookie", c_uint32), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("tool", OmSenseRange), ("spacing", c_double), ("max_jump", c_double), ("min_cosine", c_double), ("min_area", c_double), ("margin", c_int), ("noise_a", c_double), ("noise_b", c_double)], {})
 complete(OmScanRegion, [("is_box", c_bool), ("u", c_double), ("v", c_double), ("radius", c_double), ("column", c_int), ("row", c_int), ("width", c_int), ("height", c_int)], {})
 complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", OmSceneUpdate), ("estimate", OmEstimateFn), ("estimate_ctx", c_void_p), ("timing", c_int), ("replay_tick", c_void_p), ("nreplay", c_int)], {"timing": OmUpdateTiming})
@@ -7225,6 +7240,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_site_build": (c_int, [POINTER(OmScene), c_int, POINTER(OmProgress), POINTER(OmSite)]),
     "om_site_done": (None, [POINTER(OmSite)]),
     "om_site_get_material": (OmSiteMaterial, [POINTER(OmSite), c_int]),
+    "om_site_scale_attachments": (c_int, [POINTER(OmScene), c_double, c_int, POINTER(OmSite)]),
     "om_site_set_numbers": (None, [POINTER(OmScene), POINTER(OmSite)]),
     "om_situation_init": (None, [POINTER(OmSituation), c_int, c_double]),
     "om_solver_create": (c_int, [POINTER(OmSolverDef), POINTER(OmBsr), c_void_p, POINTER(c_void_p)]),
@@ -7787,6 +7803,7 @@ STATUS = frozenset([
     "om_series_load",
     "om_series_parse",
     "om_site_build",
+    "om_site_scale_attachments",
     "om_solver_create",
     "om_solver_refresh",
     "om_solver_refresh_diagonal",

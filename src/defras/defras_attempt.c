@@ -21,6 +21,7 @@ typedef struct Try {
     double visibility;        // of the last look
     int npull, naction;       // of the sequence
     int nstep;                //
+    int ntrace;               // of these, in the sequence
     bool is_cut;              // the limit of steps is reached
 } Try;
 
@@ -50,6 +51,10 @@ static OmStatus step(Try* t) {
         OM_TRY(om_body_get_forces(a->body, &forces));
         t->force = om_norm(forces.pull[t->arm]);
         t->force_max = fmax(t->force_max, t->force);
+    }
+    if (a->trace) {
+        a->trace[1].n = t->ntrace++;
+        OM_TRY(om__trace_add(&a->trace[1], tip.p, t->force));
     }
     return ++t->nstep % LOOK_EVERY == 0 ? look(t) : OM_OK;
 }
@@ -154,7 +159,16 @@ static OmStatus fold(Try* t, OmPlanVerb verb, double margin, OmActionOutcome* ou
 
 // ---- sequences --------------------------------------------------------------------------------------------
 
-static void keep(const Try* t, OmPlanVerb verb, bool exposes) {
+static OmStatus keep_trace(const Try* t) {
+    Trace* trace = t->a->trace;
+    if (!trace) return OM_OK;
+    trace[0].n = 0;
+    for (int i = 0; i < t->ntrace; ++i)
+        OM_TRY(om__trace_add(&trace[0], trace[1].tip[i], trace[1].force[i]));
+    return OM_OK;
+}
+
+static OmStatus keep(const Try* t, OmPlanVerb verb, bool exposes) {
     AttemptResult* b = t->best;
     bool is_better = t->visibility > b->visibility;
     if (exposes || b->exposes) {
@@ -163,13 +177,14 @@ static void keep(const Try* t, OmPlanVerb verb, bool exposes) {
             is_better =
                 t->naction < b->naction || (t->naction == b->naction && t->force_max < b->force);
     }
-    if (!is_better && b->naction > 0) return;
+    if (!is_better && b->naction > 0) return OM_OK;
     b->exposes = exposes;
     b->npull = t->npull;
     b->fold = verb;
     b->visibility = t->visibility;
     b->force = t->force_max;
     b->naction = t->naction;
+    return keep_trace(t);
 }
 
 // A point that exposes nothing has the largest force of all its sequences.
@@ -190,7 +205,7 @@ static OmStatus act(Try* t, OmPlanVerb verb, bool* is_exposed, OmActionOutcome* 
         if (*outcome != OM_ACTION_EXPOSED) break;
     }
     if (t->is_cut) return OM_OK;
-    keep(t, verb, *is_exposed);
+    OM_TRY(keep(t, verb, *is_exposed));
     keep_force(t);
     return OM_OK;
 }

@@ -6,6 +6,17 @@
 #include "omentum/defras_preplan.h"
 #include "omentum/robot.h"
 
+// The tip and the pull of every step of a motion, to be repeated on another body.
+typedef struct Trace {
+    int n, capacity;
+    OmVec3* tip;    // world frame, m
+    double* force;  // N
+} Trace;
+
+// defras_trial.c
+OmStatus om__trace_add(Trace* trace, OmVec3 tip, double force);
+void om__trace_done(Trace* trace);
+
 // What an attempt needs. All but the limits is borrowed; the body is stepped.
 typedef struct Attempt {
     const OmSceneTask* task;
@@ -18,6 +29,8 @@ typedef struct Attempt {
     double force_limit;     // N, INFINITY: none
     bool has_forces;
     int max_step;  // of the body; 0: no limit
+    // null, or two of the caller: of the best sequence, which is replaced, and scratch
+    Trace* trace;
 } Attempt;
 
 typedef struct AttemptResult {

@@ -10,10 +10,10 @@
 // the twin there, shows the ROI earlier, and the fold stops earlier.
 #include "omentum/defras_preplan.h"
 
-#include <stdatomic.h>
+#include <limits.h>
 #include <string.h>
 
-#include "defras/defras_attempt.h"
+#include "defras/defras_robust.h"
 #include "omentum/world.h"
 
 #define PREPLAN_COOKIE 0x94e91a2
@@ -35,94 +35,30 @@ const char* om_preplan_verdict_text(OmPreplanVerdict v) {
 }
 
 OmPreplanDef om_preplan_default_def(const OmScene* scene) {
-    return (OmPreplanDef){.cookie = PREPLAN_COOKIE, .scene = scene, .nlowest = 3};
+    return (OmPreplanDef){.cookie = PREPLAN_COOKIE, .scene = scene, .nlowest = 3, .nagain = 6};
 }
 
 // ---- trying -----------------------------------------------------------------------------------------------
 
-typedef struct Worker {  // what one attempt needs for itself
-    OmBodyWork* work;
-    Attempt attempt;  // owns body, view and lifted
-    atomic_bool is_busy;
-} Worker;
-
-typedef struct Crew {
+typedef struct Trying {
     const OmPreplanDef* def;
-    const OmProgress* progress;
     OmPreplan* plan;
-    OmSite site;
-    Grid grid;
-    OmBodyModel* model;
-    void* rest;  // the settled state
-    Worker* worker;
-    int nworker;
+    Crew crew;
+    Trace trace[OM_PLAN_MAX_BLOCK];      // of the best sequence of each block
     int todo[OM_PLAN_MAX_BLOCK], ntodo;  // blocks to try
-    atomic_int ndone;
-    atomic_int status;  // the first failure
-    char message[512];  // of the failure
-    atomic_flag is_reported, is_reporting;
-} Crew;
-
-static OmStatus worker_create(const Crew* c, Worker* w) {
-    const OmScene* scene = c->def->scene;
-    Attempt* a = &w->attempt;
-    OM_TRY(om_body_work_create(c->model, &w->work));
-    OM_TRY(om_body_create_shared(c->model, w->work, &a->body));
-    OM_TRY(om_view_create(scene, &c->site, &a->view));
-    a->lifted = om_alloc(1, om_body_state_size(a->body));
-    if (!a->lifted) return OM_NO_MEMORY;
-    a->task = &scene->task;
-    a->grid = &c->grid;
-    a->has_forces = om_engine_capabilities(om_body_engine(a->body)) & OM_ENGINE_FORCES;
-    a->force_limit = scene->task.watch_force ? om__force_limit(&scene->task) : HUGE_VAL;
-    for (int k = 0; k < OM_MAX_ARM; ++k) {
-        a->psm[k] = om_world_place_psm(&c->site, k);
-        a->q[k] = om_world_place_tip(&c->site, k).q;
-    }
-    return OM_OK;
-}
-
-static OmStatus crew_create(Crew* c, const OmProgress* progress) {
-    const OmScene* scene = c->def->scene;
-    OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &c->site));
-    OM_TRY(om_world_check_visible(scene, &c->site));
-    OM_TRY(om__grid_build(&scene->task, &c->site, &c->grid));
-    OM_TRY(om_body_model_create(scene, &c->site, 1, &c->model));
-    c->worker = om_calloc((size_t)c->nworker, sizeof *c->worker);
-    if (!c->worker) return OM_NO_MEMORY;
-    for (int k = 0; k < c->nworker; ++k) OM_TRY(worker_create(c, &c->worker[k]));
-    OmBody* body = c->worker[0].attempt.body;
-    OM_TRY(
-        om_body_settle(body, scene->task.time_step, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME));
-    c->rest = om_alloc(1, om_body_state_size(body));
-    if (!c->rest) return OM_NO_MEMORY;
-    om_body_save(body, c->rest);
-    return OM_OK;
-}
-
-static void crew_done(Crew* c) {
-    for (int k = 0; c->worker && k < c->nworker; ++k) {
-        om_view_destroy(c->worker[k].attempt.view);
-        om_body_destroy(c->worker[k].attempt.body);
-        om_body_work_destroy(c->worker[k].work);
-        om_free(c->worker[k].attempt.lifted);
-    }
-    om_free(c->worker);
-    om_free(c->rest);
-    om_body_model_destroy(c->model);
-    om_site_done(&c->site);
-}
+} Trying;
 
 // The blocks that are tried: with tissue, and not above an attachment.
-static void list_points(Crew* c) {
-    OmPreplan* plan = c->plan;
+static void list_points(Trying* t) {
+    OmPreplan* plan = t->plan;
+    const Crew* c = &t->crew;
     OmSituation s;
     om_situation_init(&s, c->grid.n, 2 * fmin(c->grid.half.x, c->grid.half.y) / c->grid.n);
     plan->n = c->grid.n;
     for (int b = 0; b < plan->n * plan->n; ++b) {
         OmPreplanPoint* p = &plan->point[b];
         *p = (OmPreplanPoint){.block = b, .arm = -1, .fold = OM_PLAN_PULL};
-        for (int k = c->def->scene->world.narm - 1; k >= 0; --k)
+        for (int k = c->scene->world.narm - 1; k >= 0; --k)
             if (s.reachable[b] >> k & 1) p->arm = k;
         if (c->grid.vert[b] < 0)
             p->verdict = OM_PREPLAN_NO_TISSUE;
@@ -131,15 +67,21 @@ static void list_points(Crew* c) {
         else if (p->arm < 0)
             p->verdict = OM_PREPLAN_OUT_OF_REACH;
         else
-            c->todo[c->ntodo++] = b;
+            t->todo[t->ntodo++] = b;
     }
 }
 
-static OmStatus try_point(const Crew* c, Worker* w, int block) {
-    OmPreplanPoint* p = &c->plan->point[block];
+static OmStatus try_point(void* ctx, Worker* w, int i) {
+    Trying* t = ctx;
+    OmPreplanPoint* p = &t->plan->point[t->todo[i]];
+    Trace trace[2] = {{0}, {0}};
     AttemptResult r;
-    om_body_restore(w->attempt.body, c->rest);
-    OM_TRY(om__attempt_run(&w->attempt, p->arm, block, &r));
+    w->attempt.trace = trace;
+    OmStatus status = om__attempt_run(&w->attempt, p->arm, p->block, &r);
+    w->attempt.trace = NULL;
+    om__trace_done(&trace[1]);
+    t->trace[p->block] = trace[0];
+    OM_TRY(status);
     if (!r.is_held) {
         p->verdict = r.is_in_reach ? OM_PREPLAN_NO_TISSUE : OM_PREPLAN_OUT_OF_REACH;
         return OM_OK;
@@ -156,57 +98,53 @@ static OmStatus try_point(const Crew* c, Worker* w, int block) {
     return OM_OK;
 }
 
-// As many blocks run at once as there are workers: one of them is free.
-static Worker* take_worker(Crew* c) {
-    for (int k = 0;; k = (k + 1) % c->nworker)
-        if (!atomic_exchange(&c->worker[k].is_busy, true)) return &c->worker[k];
-}
-
-static void try_points(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Crew* c = ctx;
-    for (int i = begin; i < end && atomic_load(&c->status) >= 0; ++i) {
-        Worker* w = take_worker(c);
-        OmStatus status = try_point(c, w, c->todo[i]);
-        atomic_store(&w->is_busy, false);
-        int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
-        if (status >= 0 && !atomic_flag_test_and_set(&c->is_reporting)) {
-            status = om_progress_report(c->progress, "trying grasping points", ndone, c->ntodo);
-            atomic_flag_clear(&c->is_reporting);
-        }
-        if (status < 0 && !atomic_flag_test_and_set(&c->is_reported)) {
-            snprintf(c->message, sizeof c->message, "%s", om_error_message());
-            atomic_store(&c->status, status);
-        }
-    }
-}
-
 // ---- choosing -----------------------------------------------------------------------------------------------
 
 // Of lower force; between equals the fewer actions, then the lower block.
-static bool is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b) {
+bool om__preplan_is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b) {
     if (a->force != b->force) return a->force < b->force;
     return a->naction != b->naction ? a->naction < b->naction : a->block < b->block;
 }
 
-// The choice among exposing points: the `nlowest` of lowest force, of these the fewest actions.
+// Changed twins in which the point exposed nothing, then the warning state that its spread would raise: less is safer.
+// Points that were not tried again come last.
+static int rank(const OmPreplanPoint* p) {
+    return p->ntwin == 0 ? INT_MAX : 4 * (p->ntwin - p->ntwin_exposed) + p->warning;
+}
+
+static int safest_rank(const OmPreplan* plan) {
+    int best = INT_MAX;
+    for (int b = 0; b < plan->n * plan->n; ++b) {
+        const OmPreplanPoint* p = &plan->point[b];
+        if (p->exposes && rank(p) < best) best = rank(p);
+    }
+    return best;
+}
+
+// The choice among exposing points: the safest; of these the `nlowest` of lowest force; of these the fewest actions.
 static void choose_exposing(OmPreplan* plan, int nlowest) {
+    const int safest = safest_rank(plan);
     OmPreplanPoint* best = NULL;
-    for (int k = 0; k < nlowest && k < plan->nexposing; ++k) {
+    for (int k = 0; k < nlowest; ++k) {
         OmPreplanPoint* next = NULL;
         for (int b = 0; b < plan->n * plan->n; ++b) {
             OmPreplanPoint* p = &plan->point[b];
-            if (p->exposes && p->verdict != OM_PREPLAN_MORE_ACTIONS &&
-                (!next || is_gentler(p, next)))
+            if (p->exposes && rank(p) == safest && p->verdict != OM_PREPLAN_MORE_ACTIONS &&
+                (!next || om__preplan_is_gentler(p, next)))
                 next = p;
         }
+        if (!next) break;
         next->verdict = OM_PREPLAN_MORE_ACTIONS;  // one of the lowest; the chosen one is set below
         if (!best || next->naction < best->naction) best = next;
     }
     for (int b = 0; b < plan->n * plan->n; ++b) {
         OmPreplanPoint* p = &plan->point[b];
         bool is_lowest = p->verdict == OM_PREPLAN_MORE_ACTIONS && p->naction > best->naction;
-        if (p->exposes && !is_lowest) p->verdict = OM_PREPLAN_MORE_FORCE;
+        if (!p->exposes || is_lowest) continue;
+        p->verdict = OM_PREPLAN_MORE_FORCE;
+        if (p->ntwin == 0 || rank(p) == safest) continue;
+        const bool is_fragile = p->ntwin - p->ntwin_exposed > best->ntwin - best->ntwin_exposed;
+        p->verdict = is_fragile ? OM_PREPLAN_FRAGILE : OM_PREPLAN_SPREAD;
     }
     best->verdict = OM_PREPLAN_CHOSEN;
     plan->chosen = best->block;
@@ -229,6 +167,13 @@ static const char* fold_words(OmPlanVerb fold) {
                                       : "";
 }
 
+static void write_spread(const OmPreplanPoint* p, char* reason, size_t size) {
+    const size_t n = strlen(reason);
+    if (p->ntwin > 0)
+        snprintf(reason + n, size - n, "; %d of %d changed twins agree, to %.1f mm",
+                 p->ntwin_exposed, p->ntwin, 1e3 * p->spread);
+}
+
 static void write_reason(OmPreplan* plan) {
     char force[32] = "";
     size_t size = sizeof plan->reason;
@@ -246,6 +191,8 @@ static void write_reason(OmPreplan* plan) {
                  ix, iy, p->arm + 1, p->npull, p->npull == 1 ? "" : "s", fold_words(p->fold),
                  p->npull == 1 && p->fold == OM_PLAN_PULL ? "s" : "", 100 * p->visibility,
                  p->naction, force);
+    if (plan->is_exposing)
+        write_spread(p, plan->reason, size);
     else
         snprintf(plan->reason, size,
                  "warning: none of %d points exposes %.0f %% of the ROI; the best is (%d,%d), "
@@ -275,6 +222,8 @@ static OmStatus check_def(const OmPreplanDef* def) {
     OM_CHECK(def->cookie == PREPLAN_COOKIE, OM_INVALID, "OmPreplanDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmPreplanDef.scene is null");
     OM_CHECK(def->nlowest >= 1, OM_INVALID, "OmPreplanDef.nlowest is %d; 1 or more", def->nlowest);
+    OM_CHECK(def->nagain >= 0 && def->nagain <= OM_PLAN_MAX_BLOCK, OM_INVALID,
+             "OmPreplanDef.nagain is %d; 0 to %d", def->nagain, OM_PLAN_MAX_BLOCK);
     OM_CHECK(def->nworker >= 0 && def->nworker <= OM_MAX_WORKER, OM_INVALID,
              "OmPreplanDef.nworker is %d; 0 to %d", def->nworker, OM_MAX_WORKER);
     const OmSceneTask* task = &def->scene->task;
@@ -286,6 +235,16 @@ static OmStatus check_def(const OmPreplanDef* def) {
     return om__check_watch(task, engine);
 }
 
+static OmStatus begin(Trying* t, const OmProgress* progress) {
+    const OmScene* scene = t->def->scene;
+    OmSite site;
+    OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &site));
+    OmStatus status = om_world_check_visible(scene, &site);
+    if (status == OM_OK) status = om__crew_create(&t->crew, scene, &site, t->def->nworker);
+    om_site_done(&site);
+    return status;
+}
+
 OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress, OmPreplan* plan) {
     memset(plan, 0, sizeof *plan);
     plan->chosen = -1;
@@ -295,18 +254,22 @@ OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress, OmP
     plan->seed = def->scene->seed;
     plan->visibility = task->visibility;
     plan->force_limit = task->watch_force ? om__force_limit(task) : -1;
-    Crew c = {.def = def, .plan = plan, .progress = progress};
-    c.nworker = om_worker_count(def->nworker);
-    OmStatus status = crew_create(&c, progress);
+    Trying* t;
+    t = om_calloc(1, sizeof *t);
+    if (!t) return OM_NO_MEMORY;
+    t->def = def;
+    t->plan = plan;
+    OmStatus status = begin(t, progress);
     if (status < 0) goto done;
-    list_points(&c);
-    om_parallel_for(c.nworker, c.ntodo, 1, try_points, &c);
-    status = (OmStatus)atomic_load(&c.status);
-    OM_CHECK_DONE(status >= 0, status, "%s", c.message);
+    list_points(t);
+    OM_TRY_DONE(om__crew_run(&t->crew, t->ntodo, try_point, t, progress, "trying grasping points"));
+    OM_TRY_DONE(om__robust_run(def, &t->crew, t->trace, plan, progress));
     om__preplan_choose(plan, def->nlowest);
     status = OM_OK;
 done:
-    crew_done(&c);
+    for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) om__trace_done(&t->trace[b]);
+    om__crew_done(&t->crew);
+    om_free(t);
     return status;
 }
 

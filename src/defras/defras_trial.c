@@ -62,7 +62,7 @@ OmStatus om__trial_grasp(Trial* t, int block, TrialResult* c, int* nheld) {
     return status == OM_INVALID ? OM_OK : status;  // all tissue in reach is attached
 }
 
-static OmStatus add_to_trace(Trace* trace, OmVec3 tip, double force) {
+OmStatus om__trace_add(Trace* trace, OmVec3 tip, double force) {
     if (trace->n == trace->capacity) {
         int capacity = trace->capacity ? 2 * trace->capacity : 256;
         OmVec3* tips = om_realloc(trace->tip, (size_t)trace->n, (size_t)capacity, sizeof *tips);
@@ -116,7 +116,7 @@ static OmStatus move(Trial* t, OmVec3 direction_task, double length, double rest
         double force;
         OM_TRY(step(t, c->tip, &force));
         c->force = fmax(c->force, force);
-        if (c->trace) OM_TRY(add_to_trace(c->trace, c->tip, force));
+        if (c->trace) OM_TRY(om__trace_add(c->trace, c->tip, force));
         if (++nstep % LOOK_EVERY == 0) OM_TRY(look(t, c, &now));
         if (force > force_limit) {
             c->is_stopped = true;

@@ -2,7 +2,7 @@
 #ifndef OMENTUM_DEFRAS_TRIAL_H
 #define OMENTUM_DEFRAS_TRIAL_H
 
-#include "defras/defras_internal.h"
+#include "defras/defras_attempt.h"
 
 // The tissue of one layout at rest: the twin's body or the truth's.
 typedef struct Trial {
@@ -14,13 +14,6 @@ typedef struct Trial {
     void* rest;    // the settled state
     double speed;  // m/s, of the tip; default: the task's
 } Trial;
-
-// The tip and the pull of every step of a motion, to be repeated on another body.
-typedef struct Trace {
-    int n, capacity;
-    OmVec3* tip;    // world frame, m
-    double* force;  // N
-} Trace;
 
 // Result of the motions of one trial.
 typedef struct TrialResult {
@@ -51,6 +44,5 @@ OmStatus om__trial_pull(Trial* trial, double height, double force_limit, TrialRe
 OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, TrialResult* course);
 // Repeat a motion; `force` receives the pull at every step of the trace, N.
 OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);
-void om__trace_done(Trace* trace);
 
 #endif

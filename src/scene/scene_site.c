@@ -36,10 +36,7 @@ static OmStatus build_truth(const OmScene* scene, const OmProgress* progress, Om
 static OmStatus build_twin(const OmScene* scene, const OmProgress* progress, OmSite* site) {
     OM_TRY(build_truth(scene, progress, site));
     OM_TRY(om__site_believe(scene, site));
-    om_free(site->attach_area);
-    om_free(site->attach_spring);
-    site->attach_area = site->attach_spring = NULL;
-    OM_TRY(om__site_measure_attachments(0, site));
+    OM_TRY(om__site_measure_again(site));
     OM_TRY(om__site_shift_roi(scene, site));
     return om__site_register(scene, site);
 }

@@ -20,6 +20,8 @@ OmStatus om__site_shift_roi(const OmScene* scene, OmSite* site);
 OmStatus om__site_register(const OmScene* scene, OmSite* site);
 // Area of each attached vertex, m^2, which must not exist yet; total above 0: scaled to this sum.
 OmStatus om__site_measure_attachments(double total, OmSite* site);
+// The same after the attachments have changed, with their own area.
+OmStatus om__site_measure_again(OmSite* site);
 // Stiffness of the attachments by the scene's numbers and the site's role.
 void om__site_set_stiffness(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.

@@ -6,6 +6,7 @@
 // to the area of the truth on the twin's mesh, so that both have the same total stiffness.
 #include <string.h>
 
+#include "omentum/scene_vary.h"
 #include "omentum/shape_meshing.h"
 #include "scene/scene_site.h"
 
@@ -190,10 +191,9 @@ static int find_deepest(const Region* r) {
     return deepest;
 }
 
-// `ratio` times as many vertices. Below 1 those of the region with the lowest D of (4.1) stay; above 1 those of the
-// rest of the underside with the lowest D come to it. So a smaller region lies in a larger one.
-static OmStatus scale_region(const OmScene* scene, OmSite* site) {
-    const double ratio = scene->believed.ratio;
+// Below 1 attached vertices with the lowest D of (4.1) stay; above 1 free vertices of the underside with the lowest D
+// are added. So a smaller region lies in a larger one.
+static OmStatus scale_region(const OmScene* scene, double ratio, int seed, OmSite* site) {
     OmStatus status = OM_OK;
     Region r;
     int *from = NULL, *taken = NULL, *list = NULL, nfrom = 0, ntaken = 0, n = 0, nheld = 0;
@@ -208,7 +208,7 @@ static OmStatus scale_region(const OmScene* scene, OmSite* site) {
     }
     double want = ratio < 1 ? ratio * nheld : (ratio - 1) * nheld;
     if (nfrom > 0 && nheld > 0) {
-        OmPatchDef def = om_patch_default_def(fmin(1, want / nfrom), (uint64_t)scene->seed);
+        OmPatchDef def = om_patch_default_def(fmin(1, want / nfrom), (uint64_t)seed);
         def.center = find_deepest(&r);
         OM_TRY_DONE(draw_patch(&site->mesh, from, nfrom, &def, &taken, &ntaken));
     }
@@ -237,7 +237,7 @@ OmStatus om__site_believe(const OmScene* scene, OmSite* site) {
     default: break;
     }
     if (om_norm(b->shift) > 0 || b->grow != 0) OM_TRY(change_region(scene, site));
-    return b->ratio == 1 ? OM_OK : scale_region(scene, site);
+    return b->ratio == 1 ? OM_OK : scale_region(scene, b->ratio, scene->seed, site);
 }
 
 // ---- stiffness -------------------------------------------------------------------------------------------------
@@ -299,4 +299,23 @@ void om__site_set_stiffness(const OmScene* scene, OmSite* site) {
         double by_area = fmax(foundation * site->attach_area[k], MIN_SPRING);
         site->attach_spring[k] = foundation > 0 ? by_area : stiffness;
     }
+}
+
+// ---- other attachments --------------------------------------------------------------------------------------------
+
+OmStatus om__site_measure_again(OmSite* site) {
+    om_free(site->attach_area);
+    om_free(site->attach_spring);
+    site->attach_area = site->attach_spring = NULL;
+    return om__site_measure_attachments(0, site);
+}
+
+OmStatus om_site_scale_attachments(const OmScene* scene, double ratio, int seed, OmSite* site) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    OM_CHECK(ratio > 0 && isfinite(ratio), OM_INVALID, "attachments: ratio is %g; above 0", ratio);
+    if (!held || held->nvert == 0 || ratio == 1) return OM_OK;
+    OM_TRY(scale_region(scene, ratio, seed, site));
+    OM_TRY(om__site_measure_again(site));
+    om__site_set_stiffness(scene, site);
+    return OM_OK;
 }

@@ -15,7 +15,7 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 4
+#define METHOD 5
 #define METHOD_FRAS 3
 #define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m
@@ -58,12 +58,12 @@ static bool has_preplan(int row) {
            row != OM_RETRACTION_NO_PREPLAN;
 }
 
-// The plan before is of the belief: both cases of a scenario have the same.
+// The plan before is of the belief: both cases of a scenario have the same. A plan of another method is not used.
 static void preplan_name(const RetractionCase* c, char* name, size_t size) {
     if (c->group == RETRACTION_SCENARIO)
-        snprintf(name, size, "preplan-scenario-%d.json", c->number);
+        snprintf(name, size, "preplan-%d-scenario-%d.json", METHOD, c->number);
     else
-        snprintf(name, size, "preplan-%s.json", c->name);
+        snprintf(name, size, "preplan-%d-%s.json", METHOD, c->name);
 }
 
 static void set_row(OmRetractionRow row, OmScene* scene) {

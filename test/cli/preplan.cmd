@@ -19,7 +19,7 @@ write small.yaml
       speed_mm_s: 50
 $ omentum preplan small.yaml -q -o plan
 exit 0
-out ^small, layout 1: point \(\d,\d\), PSM\d: \d pulls? .*exposes? \d+ % of the ROI in \d+ actions, 0\.\d\d N$
+out ^small, layout 1: point \(\d,\d\), PSM\d: \d pulls? .*exposes? \d+ % of the ROI in \d+ actions, 0\.\d\d N; \d of 5 changed twins agree, to \d\.\d mm$
 out ^visibility of the ROI, %$
 out ^largest pull, N$
 out ^actions$

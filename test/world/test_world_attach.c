@@ -2,6 +2,7 @@
 #include "test_common.h"
 
 #include "omentum/body.h"
+#include "omentum/scene_vary.h"
 #include "world/world_body.h"
 
 // A sheet of 120 x 120 mm without a board, attached where x > 0.
@@ -197,6 +198,40 @@ static void test_ratio(void** state) {
     assert_true(found[0] != found[1]);
 }
 
+// A site that was built, with fewer or more attachments: as many, nested, with areas of their own.
+static void test_scaled(void** state) {
+    (void)state;
+    OmScene s = hung_sheet();
+    OmSite built, fewer, more;
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &built));
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &fewer));
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &more));
+    assert_ok(om_site_scale_attachments(&s, 0.5, 3, &fewer));
+    assert_ok(om_site_scale_attachments(&s, 1.5, 3, &more));
+    const int n = held_of(&built)->nvert;
+    assert_in_range(held_of(&fewer)->nvert, n / 2, n / 2 + 1);
+    assert_in_range(held_of(&more)->nvert, n + n / 2, n + n / 2 + 1);
+    int nfewer = 0, nmore = 0;
+    for (int i = 0; i < n; ++i) {
+        const int v = held_of(&built)->vert[i];
+        for (int k = 0; k < held_of(&fewer)->nvert; ++k) nfewer += held_of(&fewer)->vert[k] == v;
+        for (int k = 0; k < held_of(&more)->nvert; ++k) nmore += held_of(&more)->vert[k] == v;
+    }
+    assert_int_equal(nfewer, held_of(&fewer)->nvert);
+    assert_int_equal(nmore, n);
+    assert_true(om_site_attached_area(&fewer) < om_site_attached_area(&built));
+    assert_true(om_site_attached_area(&more) > om_site_attached_area(&built));
+    assert_status(om_site_scale_attachments(&s, 0, 3, &built), OM_INVALID);
+    om_site_done(&built);
+    om_site_done(&fewer);
+    om_site_done(&more);
+    s.believed.kind = OM_BELIEF_NONE;
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &built));
+    assert_ok(om_site_scale_attachments(&s, 1.5, 3, &built));
+    assert_int_equal(held_of(&built)->nvert, 0);
+    om_site_done(&built);
+}
+
 // Law, Poisson's ratio and friction of the true tissue reach the world alone; left out they are the twin's.
 static void test_true_tissue(void** state) {
     (void)state;
@@ -329,6 +364,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_foundation),
                                        cmocka_unit_test(test_belief),
                                        cmocka_unit_test(test_ratio),
+                                       cmocka_unit_test(test_scaled),
                                        cmocka_unit_test(test_true_tissue),
                                        cmocka_unit_test(test_believed_stiffness),
                                        cmocka_unit_test(test_nothing_believed),

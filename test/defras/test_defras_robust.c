@@ -1,0 +1,175 @@
+// A plan repeated in changed twins: each of them made and compared here in another way.
+#include "defras/defras_robust.h"
+#include "easy_scene.h"
+#include "omentum/shape_closest.h"
+#include "omentum/world.h"
+#include "test_alloc.h"
+
+#define SEED 650301  // by which attachments shrink and grow
+#define BLOCK 6      // (2,2)
+#define NSTEP 64
+#define EVERY 15
+
+static Trace trace[OM_PLAN_MAX_BLOCK];
+
+// Up by 20 mm, then towards -x.
+static OmScene make_scene(void) {
+    OmScene s = easy_scene();
+    s.seed = SEED;
+    s.task.grasp_radius = 0.016;  // neighbours are 15 mm away: a grasp 1.7 mm beside holds others
+    s.monitor.limit[0] = 0.05e-3;
+    return s;
+}
+
+static void make_trace(Crew* crew) {
+    OmVec3 p = om_load3(om_body_x(crew->worker[0].attempt.body), crew->grid.vert[BLOCK]);
+    trace[BLOCK].n = 0;
+    for (int k = 0; k < NSTEP; ++k) {
+        p = om_add(p, k < 20 ? om_vec3(0, 0, 1e-3) : om_vec3(-1e-3, 0, 0));
+        assert_ok(om__trace_add(&trace[BLOCK], p, 0));
+    }
+}
+
+static void make_crew(const OmScene* scene, Crew* crew) {
+    OmSite site;
+    assert_ok(om_site_build(scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om__crew_create(crew, scene, &site, 1));
+}
+
+// ---- the same without the module -----------------------------------------------------------------------------------
+
+typedef struct Course {  // of the tissue along the trace
+    double* x;           // at each step        (NSTEP x nvert x 3)
+    int nvert;
+    double force;
+    bool exposes;
+} Course;
+
+static Course follow(const OmScene* scene, OmVec3 grasp, OmVec3 aside) {
+    Crew crew;
+    int nheld;
+    OmVisibility v;
+    make_crew(scene, &crew);
+    Attempt* a = &crew.worker[0].attempt;
+    Course c = {.nvert = crew.site.mesh.nvert};
+    c.x = om_alloc(3 * NSTEP * (size_t)c.nvert, sizeof *c.x);
+    OmPose pose = {om_add(grasp, aside), crew.grid.task.q};
+    assert_ok(om_body_grasp(a->body, 0, pose, scene->task.grasp_radius, &nheld));
+    for (int k = 0; k < NSTEP; ++k) {
+        OmBodyReport report;
+        OmBodyForces forces;
+        pose.p = om_add(trace[BLOCK].tip[k], aside);
+        assert_ok(om_body_move(a->body, 0, pose));
+        assert_true(om_body_step(a->body, scene->task.time_step, &report) >= 0);
+        assert_ok(om_body_get_forces(a->body, &forces));
+        c.force = fmax(c.force, om_norm(forces.pull[0]));
+        memcpy(c.x + 3 * (size_t)k * (size_t)c.nvert, om_body_x(a->body),
+               3 * (size_t)c.nvert * sizeof *c.x);
+    }
+    assert_ok(om_view_look(a->view, om_body_x(a->body), &v));
+    c.exposes = v.nseen >= scene->task.visibility * v.npoint;
+    om__crew_done(&crew);
+    return c;
+}
+
+// Every triangle is searched.
+static double median_distance(const OmSurface* s, const int* vert, const double* x,
+                              const double* other) {
+    double* d = om_alloc((size_t)s->nvert, sizeof *d);
+    for (int i = 0; i < s->nvert; ++i) {
+        const OmVec3 p = om_load3(other, vert[i]);
+        d[i] = INFINITY;
+        for (int t = 0; t < s->ntri; ++t) {
+            const int* v = s->tri_vert + 3 * (size_t)t;
+            const OmVec3 q = om_triangle_closest(
+                p, om_load3(x, vert[v[0]]), om_load3(x, vert[v[1]]), om_load3(x, vert[v[2]]), NULL);
+            d[i] = fmin(d[i], om_distance(p, q));
+        }
+    }
+    om_sort_doubles(d, s->nvert);
+    const double median = d[s->nvert / 2];
+    om_free(d);
+    return median;
+}
+
+static void five_twins_are_compared(void** state) {
+    (void)state;
+    OmScene scene = make_scene(), changed[5];
+    OmVec3 aside[5] = {{0, 0, 0}};
+    for (int k = 0; k < 5; ++k) changed[k] = scene;
+    changed[0].believed.ratio = 0.5;
+    changed[1].believed.ratio = 1.5;
+    changed[2].tissue.young *= 0.5;
+    changed[3].tissue.friction = 0.2;
+    aside[4] = om_vec3(0.0012, 0.0012, 0);
+    Crew crew;
+    make_crew(&scene, &crew);
+    make_trace(&crew);
+    const OmVec3 grasp = om_load3(om_body_x(crew.worker[0].attempt.body), crew.grid.vert[BLOCK]);
+    OmSurface surface;
+    int *vert, nexposed = 0, nlarge = 0;
+    assert_ok(om_tet_mesh_boundary(&crew.site.mesh, &surface, &vert));
+    const Course plan = follow(&scene, grasp, om_vec3(0, 0, 0));
+    double spread = 0, force = 0;
+    for (int k = 0; k < 5; ++k) {
+        Course c = follow(&changed[k], grasp, aside[k]);
+        double largest = 0;
+        for (int i = 0; i < NSTEP; ++i) {
+            if (i % EVERY && i < NSTEP - 1) continue;
+            const size_t at = 3 * (size_t)i * (size_t)c.nvert;
+            largest = fmax(largest, median_distance(&surface, vert, plan.x + at, c.x + at));
+        }
+        nlarge += largest > 1e-9;
+        spread = fmax(spread, largest);
+        force = fmax(force, c.force);
+        nexposed += c.exposes;
+        om_free(c.x);
+    }
+    assert_int_equal(nlarge, 5);  // every change moves the tissue
+    OmPreplan* result = om_calloc(1, sizeof *result);
+    OmPreplanDef def = om_preplan_default_def(&scene);
+    result->n = 5;
+    result->point[BLOCK] = (OmPreplanPoint){.block = BLOCK, .arm = 0, .exposes = true};
+    assert_ok(om__robust_run(&def, &crew, trace, result, NULL));
+    const OmPreplanPoint* p = &result->point[BLOCK];
+    assert_int_equal(p->ntwin, 5);
+    assert_int_equal(p->ntwin_exposed, nexposed);
+    assert_near(p->spread, spread, 1e-9);
+    assert_near(p->force_most, force, 1e-9);
+    assert_int_equal(p->warning, (spread > 0.05e-3) + (spread > 4e-3) + (spread > 6e-3));
+    for (int b = 0; b < 25; ++b)
+        if (b != BLOCK) assert_int_equal(result->point[b].ntwin, 0);
+    om_free(result);
+    om_free(plan.x);
+    om_free(vert);
+    om_surface_done(&surface);
+    om__crew_done(&crew);
+    om__trace_done(&trace[BLOCK]);
+}
+
+// Nothing attached: no twin with fewer or more attachments.
+static void a_twin_that_cannot_be_made_is_left_out(void** state) {
+    (void)state;
+    OmScene scene = make_scene();
+    scene.believed.kind = OM_BELIEF_NONE;
+    Crew crew;
+    make_crew(&scene, &crew);
+    make_trace(&crew);
+    OmPreplan* result = om_calloc(1, sizeof *result);
+    OmPreplanDef def = om_preplan_default_def(&scene);
+    result->n = 5;
+    result->point[BLOCK] = (OmPreplanPoint){.block = BLOCK, .arm = 0, .exposes = true};
+    assert_ok(om__robust_run(&def, &crew, trace, result, NULL));
+    assert_int_equal(result->point[BLOCK].ntwin, 3);
+    om_free(result);
+    om__crew_done(&crew);
+    om__trace_done(&trace[BLOCK]);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(five_twins_are_compared),
+        cmocka_unit_test(a_twin_that_cannot_be_made_is_left_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
