@@ -455,7 +455,25 @@ def world_logs():
     put("world_log/head.log", magic + record(0, struct.pack("<Iiii", 0x01020304, 2, 0, 0) + struct.pack("<i", 0)) + record(7))
 
 
+def beliefs():
+    """Changes of a belief's values as fuzz_defras_belief.c reads them: ten bytes each."""
+
+    def real(which, value, place=0):
+        return struct.pack("<BB", which, place) + struct.pack("<d", value)
+
+    def whole(which, value, place=0):
+        return struct.pack("<BBi", which, place, value) + bytes(4)
+
+    put("belief/none.bin", b"")
+    put("belief/place.bin", real(0, 0.01, 3) + real(0, -1e300, 7))
+    put("belief/tet.bin", whole(1, 1000000, 2))
+    put("belief/set.bin", whole(3, -1, 1))
+    put("belief/law.bin", real(4, -5.0) + real(5, 0.5) + real(6, 0))
+    put("belief/turn.bin", real(7, 3.0) + real(8, 0))
+
+
 if __name__ == "__main__":
+    beliefs()
     niftis()
     pngs()
     nrrds()
