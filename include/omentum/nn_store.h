@@ -49,7 +49,7 @@ typedef struct OmStoreWriter OmStoreWriter;
 OM_API OmStatus om_store_begin(const char* kind, int format, OmStoreWriter** writer);
 /// Make a group for arrays. The first failure of this and the following calls is returned by om_store_save.
 OM_API void om_store_group(OmStoreWriter* writer, const char* name);
-/// Attributes of the file: a text, or n values (0: a scalar).
+/// Attributes: a text, or n values (0: a scalar). "NAME" belongs to the file, "OBJECT@NAME" to a group or an array.
 OM_API void om_store_text(OmStoreWriter* writer, const char* name, const char* value);
 OM_API void om_store_value(OmStoreWriter* writer, const char* name, OmStoreType type, int n,
                            const void* value);
@@ -73,15 +73,19 @@ typedef struct OmStoreReader OmStoreReader;
 
 /// Open a file in memory after a check of its head.
 /// @param data  borrowed until the reader is closed
+/// @param kind  null: a file of another program, without head and hash; HDF5 alone detects damage
 /// @param name  of the file, for messages; borrowed
 /// @return OM_OK; OM_INVALID (another kind, truncated, damaged); OM_UNAVAILABLE (another format); OM_NO_MEMORY
 OM_API OmStatus om_store_open(const char* data, size_t size, const char* kind, int format,
                               const char* name, OmStoreReader** reader);
 OM_API void om_store_close(OmStoreReader* reader);
-/// Read an attribute of n values.
+/// Read an attribute of n values; names as in om_store_value.
 /// @return OM_OK; OM_INVALID (missing, or another number of values; F64: not finite)
 OM_API OmStatus om_store_get_value(const OmStoreReader* reader, const char* name, OmStoreType type,
                                    int n, void* value);
+/// Extents of an array; 0 ends them.
+/// @return OM_OK; OM_INVALID (missing, empty, or more than 3 extents)
+OM_API OmStatus om_store_get_shape(const OmStoreReader* reader, const char* name, int dim[3]);
 /// Check the shape of an array before memory is allocated for it.
 /// @return OM_OK; OM_INVALID (missing, or another shape)
 OM_API OmStatus om_store_check_array(const OmStoreReader* reader, const char* name,

@@ -123,6 +123,13 @@ OM_API OmStatus om_optim_step(OmOptim* optim, double rate, const float* grad, fl
 /// The averaged weights (running statistics are those of `param`) into out; `param` itself without average.
 /// The share kept grows with the steps, min(average, (1 + n) / (10 + n)), so that the start is forgotten.
 OM_API void om_optim_get_average(const OmOptim* optim, const float* param, float* out);
+/// Values that om_optim_save writes: the moments, and the averaged weights where there are any.
+OM_API size_t om_optim_size(const OmOptim* optim);
+/// Copy the state of the optimiser, for checkpoints of other loops than om_train_run.
+OM_API void om_optim_save(const OmOptim* optim, int64_t* step, float* value);
+/// Continue from a copy: later steps give the same bytes.
+/// @return OM_OK; OM_INVALID (a negative step or a value that is not finite: nothing was changed)
+OM_API OmStatus om_optim_restore(OmOptim* optim, int64_t step, const float* value);
 
 // ---- training on several ranks --------------------------------------------------------------------------
 

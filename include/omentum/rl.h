@@ -138,7 +138,9 @@ typedef struct OmRlStep {
     double* final_return;  // sum of the rewards (nenv)
     int* final_length;     // steps (nenv)
 } OmRlStep;
-/// Step every environment. Where an episode ends, the next one begins in the same call.
+#define OM_RL_WAIT (-1)  // first component of an action: the environment is not stepped
+/// Step every environment. Where an episode ends, the next one begins in the same call. An environment that waits has
+/// reward 0 and no end.
 /// @param action  (nenv x naction)
 /// @return OM_OK; OM_INVALID (an action out of range, or no reset before: nothing was changed); an error of the task
 OM_API OmStatus om_rl_vec_step(OmRlVec* vec, const int* action, const OmRlStep* out);

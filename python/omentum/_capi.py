@@ -87,6 +87,8 @@ OM_RL_MAX_ACTION = 8
 OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
 OM_RL_NAME = 32
+OM_RL_NMETHOD = 3
+OM_RL_WAIT = -1
 OM_ROI_MARGIN = 0.01
 OM_SCENE_MAX_GRID = 16
 OM_SCENE_NAME = 64
@@ -581,6 +583,17 @@ class OmPbdKind(IntEnum):
     CLUSTERS = 0
     ELASTIC = 1
     LENGTHS = 2
+
+
+class OmRlNet(IntEnum):
+    ACTOR = 0
+    CRITIC = 1
+
+
+class OmRlMethod(IntEnum):
+    PPO = 0
+    GAIL = 1
+    CLONE = 2
 
 
 class OmCtLabel(IntEnum):
@@ -5394,6 +5407,220 @@ class OmRlStep(Struct):
     final_length: Any
 
 
+class OmRlDemos(Struct):
+    """typedef struct OmRlDemos {  // om_rl_demos_done frees
+    char task[OM_RL_NAME];
+    int nobservation, naction;
+    int nchoice[OM_RL_MAX_ACTION];
+    int ndemo;
+    int nstep;       // of all demonstrations
+    int* adr;        // first step of each, and nstep (ndemo + 1)
+    float* obs;      // before each step (nstep x nobservation)
+    int* action;     // (nstep x naction)
+    double* reward;  // (nstep)
+    double* score;   // of each demonstration: the task's score, or the return (ndemo)
+} OmRlDemos;"""
+    task: str
+    nobservation: int
+    naction: int
+    nchoice: Numbers
+    ndemo: int
+    nstep: int
+    adr: Any
+    obs: Any
+    action: Any
+    reward: Any
+    score: Any
+
+
+class OmRlPolicyDef(Struct):
+    """typedef struct OmRlPolicyDef {
+    OmCookie cookie;
+    char task[OM_RL_NAME];          // its name
+    int nobservation;               // values of an observation
+    int naction;                    // components of an action
+    int nchoice[OM_RL_MAX_ACTION];  // choices of each
+    int nlayer;                     // hidden layers, 1 to 8, default 2
+    int width;                      // of each, 1 to 4096, default 128
+    OmActivation activation;        // of each, default OM_TANH
+    uint64_t seed;                  // of the weights, default 1
+} OmRlPolicyDef;"""
+    cookie: int
+    task: str
+    nobservation: int
+    naction: int
+    nchoice: Numbers
+    nlayer: int
+    width: int
+    activation: Choice[OmActivation]
+    seed: int
+
+
+class OmRlEval(Struct):
+    """typedef struct OmRlEval {  // om_rl_eval_done frees
+    int nepisode;
+    double* ret;     // sum of rewards of each episode (nepisode)
+    double* score;   // the task's score; the return where the task names none (nepisode)
+    int* length;     // steps (nepisode)
+    bool* is_ended;  // the task ended the episode, not the limit of steps (nepisode)
+    double mean_return, mean_score, min_score, mean_length;
+} OmRlEval;"""
+    nepisode: int
+    ret: Any
+    score: Any
+    length: Any
+    is_ended: Any
+    mean_return: float
+    mean_score: float
+    min_score: float
+    mean_length: float
+
+
+class OmRlEvalDef(Struct):
+    """typedef struct OmRlEvalDef {
+    OmCookie cookie;
+    const OmRlTask* task;
+    OmRlPolicy* policy;  // null: the task's expert, or without one random actions
+    int nepisode;    // 0 (default): one from each start of the evaluation, or 100 drawn episodes
+    bool is_random;  // actions are drawn from the policy; default false: the most probable action
+    bool is_expert;  // the task's expert acts; default false
+    int nworker;     // 0 (default): one per processor; the same bytes for any
+    uint64_t seed;   // default 1000
+} OmRlEvalDef;"""
+    cookie: int
+    task: Any
+    policy: Any
+    nepisode: int
+    is_random: bool
+    is_expert: bool
+    nworker: int
+    seed: int
+
+
+class OmRlTrainRow(Struct):
+    """typedef struct OmRlTrainRow {  // of metrics.csv, one an iteration
+    int64_t step;              // of all environments together
+    int64_t nepisode;          // finished so far
+    double mean_return;        // of the last 100 episodes; NaN before the first
+    double mean_length;        // the same
+    double mean_score;         // the same
+    double loss_policy, loss_value, entropy;
+    double divergence;     // approximate KL of the update
+    double clip_fraction;  // samples whose ratio left the clip range
+    double rate;           // learning rate
+    // GAIL: share of samples that the discriminator judges right, demonstrations and the policy's
+    double right_demo, right_policy;
+    double seconds;  // of training, without the time between a stop and its resumption
+} OmRlTrainRow;"""
+    step: int
+    nepisode: int
+    mean_return: float
+    mean_length: float
+    mean_score: float
+    loss_policy: float
+    loss_value: float
+    entropy: float
+    divergence: float
+    clip_fraction: float
+    rate: float
+    right_demo: float
+    right_policy: float
+    seconds: float
+
+
+class OmRlTrainDef(Struct):
+    """typedef struct OmRlTrainDef {
+    OmCookie cookie;
+    const OmRlTask* task;
+    const char* out_dir;   // null: no files
+    OmRlMethod method;     // default OM_RL_PPO
+    int64_t nstep;         // steps of all environments together, default 1,000,000
+    int nenv;              // default 16
+    int nworker;           // 0 (default): one per processor; the same bytes for any
+    uint64_t seed;         // default 1
+    OmRlPolicyDef policy;  // its networks
+    const char* start;     // file of a policy whose weights are used at the start; default null
+    // PPO
+    int horizon;               // steps of each environment an iteration, default 64
+    int batch;                 // samples a descent; divides nenv x horizon; default 256
+    int nepoch;                // passes over the samples of an iteration, default 3
+    double rate;               // learning rate, falls linearly to 0; default 3e-4
+    double gamma;              // discount, default 0.99
+    double lambda;             // of GAE, default 0.95
+    double clip;               // of the ratio, default 0.2
+    double clip_value;         // of the change of the value; 0: none; default 0.2
+    double entropy;            // weight of the entropy, default 5e-3
+    double value;              // weight of the value's loss, default 0.5
+    double max_norm;           // of the gradient of both networks; 0: any; default 0.5
+    bool normalise_advantage;  // in each batch; default true
+    bool normalise_reward;     // by the standard deviation of discounted returns; default true
+    // Demonstrations: GAIL and cloning
+    const char* demos;     // file of om_rl_demos_save
+    double weight_reward;  // of the task's reward beside GAIL's, default 0.2
+    double weight_gail;    // default 0.8
+    int clone_epoch;       // epochs of cloning: before GAIL (default 0), or alone (0: 200)
+    double gail_rate;      // learning rate of the discriminator, default 3e-4
+    double gail_noise;     // standard deviation added to its observations, default 0.02
+    int gail_epoch;        // passes over the samples of an iteration, default 1
+    bool gail_actions;     // it sees actions beside observations; default false
+    //
+    double checkpoint_period;                            // s, default 30; 0: after each iteration
+    const char* command;                                 // for the metadata; default null
+    void (*on_row)(void* ctx, const OmRlTrainRow* row);  // after each iteration; may be null
+    void* ctx;
+} OmRlTrainDef;"""
+    cookie: int
+    task: Any
+    out_dir: bytes | None
+    method: Choice[OmRlMethod]
+    nstep: int
+    nenv: int
+    nworker: int
+    seed: int
+    policy: OmRlPolicyDef
+    start: bytes | None
+    horizon: int
+    batch: int
+    nepoch: int
+    rate: float
+    gamma: float
+    lambda_: float
+    clip: float
+    clip_value: float
+    entropy: float
+    value: float
+    max_norm: float
+    normalise_advantage: bool
+    normalise_reward: bool
+    demos: bytes | None
+    weight_reward: float
+    weight_gail: float
+    clone_epoch: int
+    gail_rate: float
+    gail_noise: float
+    gail_epoch: int
+    gail_actions: bool
+    checkpoint_period: float
+    command: bytes | None
+    on_row: Any
+    ctx: Any
+
+
+class OmRlTrainResult(Struct):
+    """typedef struct OmRlTrainResult {  // om_rl_train_result_done frees
+    OmRlPolicy* policy;
+    OmRlTrainRow* row;  // (nrow)
+    int nrow;
+    bool is_resumed;
+    double seconds;
+} OmRlTrainResult;"""
+    policy: Any
+    row: Any
+    nrow: int
+    is_resumed: bool
+    seconds: float
+
+
 class OmCtDef(Struct):
     """typedef struct OmCtDef {
     OmCookie cookie;
@@ -6523,6 +6750,13 @@ complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
 complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
 complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool)], {})
 complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
+complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
+complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("seed", c_uint64)], {"activation": OmActivation})
+complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
+complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
+complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
+complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
+complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("seconds", c_double)], {})
 complete(OmCtDef, [("cookie", c_uint32), ("seed", c_uint64), ("voxel", c_double), ("organ_half", c_double), ("fat_half", c_double), ("fat_thickness", c_double), ("fat_ripple", c_double), ("tumour_shift", c_double * 2), ("tumour_radius", c_double), ("tumour_height", c_double), ("blur", c_double), ("noise", c_double)], {})
 complete(OmStuffDef, [("cookie", c_uint32), ("edge", c_double), ("fn", OmShapeFn), ("ctx", c_void_p), ("lo", OmVec3), ("hi", OmVec3), ("level", c_double), ("max_tet", c_int), ("nworker", c_int)], {})
 complete(OmMeshQuality, [("nvert", c_int), ("ntet", c_int), ("nboundary_tri", c_int), ("volume", c_double), ("dihedral_min", c_double), ("dihedral_max", c_double), ("dihedral_bin", c_int64 * 18), ("edge_min", c_double), ("edge_mean", c_double), ("edge_max", c_double), ("npart", c_int), ("euler", c_int), ("nlayer", c_int), ("is_manifold", c_bool)], {})
@@ -7010,6 +7244,9 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_optim_default_def": (OmOptimDef, []),
     "om_optim_destroy": (None, [c_void_p]),
     "om_optim_get_average": (None, [c_void_p, c_void_p, c_void_p]),
+    "om_optim_restore": (c_int, [c_void_p, c_int64, c_void_p]),
+    "om_optim_save": (None, [c_void_p, c_void_p, c_void_p]),
+    "om_optim_size": (c_size_t, [c_void_p]),
     "om_optim_step": (c_int, [c_void_p, c_double, c_void_p, c_void_p, c_void_p]),
     "om_orthogonal": (OmVec3, [OmVec3]),
     "om_parallel_for": (None, [c_int, c_int, c_int, OmRangeFn, c_void_p]),
@@ -7151,10 +7388,37 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_retract_result_done": (None, [POINTER(OmRetractResult)]),
     "om_retract_run": (c_int, [POINTER(OmRetractDef), POINTER(OmProgress), POINTER(OmRetractResult)]),
     "om_retract_search": (c_int, [POINTER(OmScene), c_double, c_int, POINTER(OmProgress), POINTER(OmSearchResult)]),
+    "om_rl_actor_act": (c_int, [c_void_p, c_void_p, POINTER(OmRng), c_void_p, c_void_p]),
+    "om_rl_actor_create": (c_int, [c_void_p, c_int, POINTER(c_void_p)]),
+    "om_rl_actor_destroy": (None, [c_void_p]),
+    "om_rl_actor_update": (c_int, [c_void_p]),
+    "om_rl_demos_check": (c_int, [POINTER(OmRlDemos), POINTER(OmRlTask)]),
+    "om_rl_demos_done": (None, [POINTER(OmRlDemos)]),
+    "om_rl_demos_load": (c_int, [c_char_p, POINTER(OmRlDemos)]),
+    "om_rl_demos_parse": (c_int, [c_char_p, c_size_t, c_char_p, POINTER(OmRlDemos)]),
+    "om_rl_demos_record": (c_int, [POINTER(OmRlTask), c_int, c_uint64, POINTER(OmProgress), POINTER(OmRlDemos)]),
+    "om_rl_demos_save": (c_int, [POINTER(OmRlDemos), c_char_p]),
+    "om_rl_eval_default_def": (OmRlEvalDef, [POINTER(OmRlTask), c_void_p]),
+    "om_rl_eval_done": (None, [POINTER(OmRlEval)]),
+    "om_rl_eval_run": (c_int, [POINTER(OmRlEvalDef), POINTER(OmProgress), POINTER(OmRlEval)]),
+    "om_rl_method_name": (c_char_p, [c_int]),
+    "om_rl_policy_check": (c_int, [c_void_p, POINTER(OmRlTask)]),
+    "om_rl_policy_create": (c_int, [POINTER(OmRlPolicyDef), POINTER(c_void_p)]),
+    "om_rl_policy_def": (POINTER(OmRlPolicyDef), [c_void_p]),
+    "om_rl_policy_default_def": (OmRlPolicyDef, [POINTER(OmRlTask)]),
+    "om_rl_policy_destroy": (None, [c_void_p]),
+    "om_rl_policy_load": (c_int, [c_char_p, POINTER(c_void_p)]),
+    "om_rl_policy_net": (c_void_p, [c_void_p, c_int]),
+    "om_rl_policy_parameters": (c_void_p, [c_void_p, c_int]),
+    "om_rl_policy_save": (c_int, [c_void_p, POINTER(OmTextPair), c_int, c_char_p]),
+    "om_rl_policy_save_onnx": (c_int, [c_void_p, c_char_p]),
     "om_rl_task_create": (c_int, [c_char_p, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))]),
     "om_rl_task_destroy": (None, [POINTER(OmRlTask)]),
     "om_rl_task_kind": (POINTER(OmRlTaskKind), [c_int]),
     "om_rl_task_nlogit": (c_int, [POINTER(OmRlTask)]),
+    "om_rl_train_default_def": (OmRlTrainDef, [POINTER(OmRlTask), c_char_p]),
+    "om_rl_train_result_done": (None, [POINTER(OmRlTrainResult)]),
+    "om_rl_train_run": (c_int, [POINTER(OmRlTrainDef), POINTER(OmProgress), POINTER(OmRlTrainResult)]),
     "om_rl_vec_create": (c_int, [POINTER(OmRlVecDef), POINTER(c_void_p)]),
     "om_rl_vec_default_def": (OmRlVecDef, [POINTER(OmRlTask)]),
     "om_rl_vec_destroy": (None, [c_void_p]),
@@ -7280,6 +7544,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_store_close": (None, [c_void_p]),
     "om_store_get_array": (c_int, [c_void_p, c_char_p, c_int, c_void_p, c_void_p]),
     "om_store_get_records": (c_int, [c_void_p, c_char_p, POINTER(OmStoreField), c_int, c_void_p, c_size_t, c_int]),
+    "om_store_get_shape": (c_int, [c_void_p, c_char_p, c_void_p]),
     "om_store_get_value": (c_int, [c_void_p, c_char_p, c_int, c_int, c_void_p]),
     "om_store_group": (None, [c_void_p, c_char_p]),
     "om_store_open": (c_int, [c_char_p, c_size_t, c_char_p, c_int, c_char_p, POINTER(c_void_p)]),
@@ -7705,6 +7970,7 @@ STATUS = frozenset([
     "om_net_save",
     "om_net_save_onnx",
     "om_optim_create",
+    "om_optim_restore",
     "om_optim_step",
     "om_path_check_apart",
     "om_path_dir",
@@ -7760,7 +8026,22 @@ STATUS = frozenset([
     "om_retract_replay",
     "om_retract_run",
     "om_retract_search",
+    "om_rl_actor_act",
+    "om_rl_actor_create",
+    "om_rl_actor_update",
+    "om_rl_demos_check",
+    "om_rl_demos_load",
+    "om_rl_demos_parse",
+    "om_rl_demos_record",
+    "om_rl_demos_save",
+    "om_rl_eval_run",
+    "om_rl_policy_check",
+    "om_rl_policy_create",
+    "om_rl_policy_load",
+    "om_rl_policy_save",
+    "om_rl_policy_save_onnx",
     "om_rl_task_create",
+    "om_rl_train_run",
     "om_rl_vec_create",
     "om_rl_vec_expert",
     "om_rl_vec_info",
@@ -7824,6 +8105,7 @@ STATUS = frozenset([
     "om_store_check_array",
     "om_store_get_array",
     "om_store_get_records",
+    "om_store_get_shape",
     "om_store_get_value",
     "om_store_open",
     "om_store_save",

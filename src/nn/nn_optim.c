@@ -141,6 +141,29 @@ OmOptimState om__optim_state(OmOptim* o) {
     return (OmOptimState){.step = &o->step, .m = o->m, .v = o->v, .mean = o->mean};
 }
 
+size_t om_optim_size(const OmOptim* o) { return (size_t)o->nparam * (o->mean ? 3 : 2); }
+
+void om_optim_save(const OmOptim* o, int64_t* step, float* value) {
+    size_t n = (size_t)o->nparam;
+    *step = o->step;
+    memcpy(value, o->m, n * sizeof *value);
+    memcpy(value + n, o->v, n * sizeof *value);
+    if (o->mean) memcpy(value + 2 * n, o->mean, n * sizeof *value);
+}
+
+OmStatus om_optim_restore(OmOptim* o, int64_t step, const float* value) {
+    size_t n = (size_t)o->nparam;
+    OM_CHECK(step >= 0, OM_INVALID, "optimiser: a saved state of step %lld", (long long)step);
+    for (size_t i = 0; i < om_optim_size(o); ++i)
+        OM_CHECK(isfinite(value[i]), OM_INVALID,
+                 "optimiser: value %zu of a saved state is not finite", i);
+    o->step = step;
+    memcpy(o->m, value, n * sizeof *value);
+    memcpy(o->v, value + n, n * sizeof *value);
+    if (o->mean) memcpy(o->mean, value + 2 * n, n * sizeof *value);
+    return OM_OK;
+}
+
 typedef struct Step {
     OmOptim* o;
     const float* grad;

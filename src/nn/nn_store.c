@@ -7,6 +7,7 @@
 #include <dirent.h>
 #include <hdf5.h>
 #include <inttypes.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -120,13 +121,27 @@ static void put_text(OmStoreWriter* w, hid_t at, const char* name, const char* v
     H5Tclose(text);
 }
 
+// The object of "OBJECT@NAME", to be closed, and the name behind the @; the root without one. Negative: there is none.
+static hid_t open_object(hid_t file, const char* name, const char** attribute) {
+    const char* at = strchr(name, '@');
+    char path[MAX_NAME];
+    *attribute = at ? at + 1 : name;
+    snprintf(path, sizeof path, "%.*s", at ? (int)(at - name) : 1, at ? name : "/");
+    bool is_there = !at || H5Lexists(file, path, H5P_DEFAULT) > 0;
+    return is_there ? H5Oopen(file, path, H5P_DEFAULT) : -1;
+}
+
 void om_store_text(OmStoreWriter* w, const char* name, const char* value) {
-    put_text(w, w->file, name, value);
+    hid_t object = open_object(w->file, name, &name);
+    if (object >= 0) put_text(w, object, name, value);
+    w->is_good = w->is_good && object >= 0 && H5Oclose(object) >= 0;
 }
 
 void om_store_value(OmStoreWriter* w, const char* name, OmStoreType type, int n,
                     const void* value) {
-    put_attribute(w, w->file, name, type_of(type), n, value);
+    hid_t object = open_object(w->file, name, &name);
+    if (object >= 0) put_attribute(w, object, name, type_of(type), n, value);
+    w->is_good = w->is_good && object >= 0 && H5Oclose(object) >= 0;
 }
 
 void om_store_array(OmStoreWriter* w, const char* name, OmStoreType type, const int dim[3],
@@ -221,12 +236,13 @@ static OmStatus check_head(const char* data, size_t size, const char* kind, int 
 
 OmStatus om_store_open(const char* data, size_t size, const char* kind, int format,
                        const char* name, OmStoreReader** reader) {
+    const size_t skip = kind ? HEAD : 0;
     *reader = NULL;
-    OM_TRY(check_head(data, size, kind, format, name));
+    if (kind) OM_TRY(check_head(data, size, kind, format, name));
     OmStoreReader* r = om_calloc(1, sizeof *r);
     if (!r) return OM_NO_MEMORY;
     hid_t access = memory_access();
-    bool is_good = H5Pset_file_image(access, (void*)(uintptr_t)(data + HEAD), size - HEAD) >= 0;
+    bool is_good = H5Pset_file_image(access, (void*)(uintptr_t)(data + skip), size - skip) >= 0;
     r->file = is_good ? H5Fopen(NOWHERE, H5F_ACC_RDONLY, access) : -1;
     r->name = name;
     H5Pclose(access);
@@ -257,13 +273,16 @@ static OmStatus check_finite(const OmStoreReader* r, const char* name, OmStoreTy
 
 OmStatus om_store_get_value(const OmStoreReader* r, const char* name, OmStoreType type, int n,
                             void* value) {
-    bool is_good = H5Aexists(r->file, name) > 0;
-    hid_t a = is_good ? H5Aopen(r->file, name, H5P_DEFAULT) : -1, space = -1;
+    const char* short_name;
+    hid_t object = open_object(r->file, name, &short_name);
+    bool is_good = object >= 0 && H5Aexists(object, short_name) > 0;
+    hid_t a = is_good ? H5Aopen(object, short_name, H5P_DEFAULT) : -1, space = -1;
     if (a >= 0) space = H5Aget_space(a);
     is_good = space >= 0 && H5Sget_simple_extent_npoints(space) == n &&
               H5Aread(a, type_of(type), value) >= 0;
     if (space >= 0) H5Sclose(space);
     if (a >= 0) H5Aclose(a);
+    if (object >= 0) H5Oclose(object);
     OM_CHECK(is_good, OM_INVALID, "%s: attribute %s is missing or has the wrong shape", r->name,
              name);
     return check_finite(r, name, type, (size_t)n, value);
@@ -281,6 +300,23 @@ static OmStatus open_array(const OmStoreReader* r, const char* name, const int d
     if (rank >= 1 && rank <= 3 && memcmp(have, want, sizeof have) == 0) return OM_OK;
     if (*set >= 0) H5Dclose(*set);
     return om_error(OM_INVALID, "%s: array %s is missing or has the wrong shape", r->name, name);
+}
+
+OmStatus om_store_get_shape(const OmStoreReader* r, const char* name, int dim[3]) {
+    hsize_t have[3] = {0, 0, 0};
+    hid_t set = H5Dopen2(r->file, name, H5P_DEFAULT), space = set >= 0 ? H5Dget_space(set) : -1;
+    int rank = space >= 0 ? H5Sget_simple_extent_ndims(space) : 0;
+    if (rank >= 1 && rank <= 3) H5Sget_simple_extent_dims(space, have, NULL);
+    if (space >= 0) H5Sclose(space);
+    if (set >= 0) H5Dclose(set);
+    OM_CHECK(rank >= 1 && rank <= 3, OM_INVALID, "%s: array %s is missing or has no extents",
+             r->name, name);
+    for (int c = 0; c < 3; ++c) {
+        bool is_good = have[c] <= INT_MAX && (c >= rank || have[c] > 0);
+        OM_CHECK(is_good, OM_INVALID, "%s: array %s is empty or too large", r->name, name);
+        dim[c] = (int)have[c];
+    }
+    return OM_OK;
 }
 
 OmStatus om_store_check_array(const OmStoreReader* r, const char* name, const int dim[3]) {

@@ -166,11 +166,14 @@ static OmStatus step_one(const Call* c, int i) {
     const OmRlStep* out = c->out;
     double reward = 0;
     bool is_terminated = false;
-    OM_TRY(task->ops->step(task, v->state[i], c->action + (ptrdiff_t)i * task->naction, &reward,
-                           &is_terminated));
+    const int* action = c->action + (ptrdiff_t)i * task->naction;
+    if (action[0] != OM_RL_WAIT) {
+        OM_TRY(task->ops->step(task, v->state[i], action, &reward, &is_terminated));
+        ++v->env[i].length;
+    }
     OM_CHECK(isfinite(reward), OM_INVALID, "task %s: a reward that is not finite", task->name);
     v->env[i].sum += reward;
-    bool is_truncated = ++v->env[i].length >= task->max_step && !is_terminated;
+    bool is_truncated = v->env[i].length >= task->max_step && !is_terminated;
     if (out->reward) out->reward[i] = reward;
     if (out->is_terminated) out->is_terminated[i] = is_terminated;
     if (out->is_truncated) out->is_truncated[i] = is_truncated;
@@ -191,7 +194,8 @@ OmStatus om_rl_vec_step(OmRlVec* vec, const int* action, const OmRlStep* out) {
     for (int i = 0; i < vec->def.nenv; ++i) {
         OM_CHECK(vec->env[i].episode >= 0, OM_INVALID, "environment %d: reset comes before step",
                  i);
-        for (int k = 0; k < task->naction; ++k) {
+        bool is_waiting = action[(ptrdiff_t)i * task->naction] == OM_RL_WAIT;
+        for (int k = 0; k < task->naction && !is_waiting; ++k) {
             int a = action[(ptrdiff_t)i * task->naction + k];
             OM_CHECK(a >= 0 && a < task->nchoice[k], OM_INVALID,
                      "environment %d: action[%d] is %d, outside 0 to %d", i, k, a,

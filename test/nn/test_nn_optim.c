@@ -185,6 +185,45 @@ static void test_first_step(void** state) {
     om_net_destroy(net);
 }
 
+// Saved in the middle and continued by another object: the same bytes.
+static void test_save_and_restore(void** state) {
+    (void)state;
+    OmNet* net = small_net(4);
+    size_t n = om_net_parameter_size(net);
+    for (int k = 0; k < 2; ++k) {
+        OmOptimDef def = om_optim_default_def();
+        OmOptim *a, *b;
+        float param[64], other[64], grad[64], value[3 * 64];
+        int64_t step;
+        def.average = k ? 0.9 : 0;
+        om_net_init_parameters(net, 3, param);
+        assert_ok(om_optim_create(&def, net, &a));
+        assert_ok(om_optim_create(&def, net, &b));
+        assert_int_equal(om_optim_size(a), (k ? 3 : 2) * n);
+        for (uint64_t t = 0; t < 20; ++t) {
+            if (t == 7) {
+                om_optim_save(a, &step, value);
+                assert_int_equal(step, 7);
+                memcpy(other, param, sizeof other);
+                assert_ok(om_optim_restore(b, step, value));
+                value[1] = NAN;
+                assert_status(om_optim_restore(b, step, value), OM_INVALID);
+                assert_status(om_optim_restore(b, -1, value), OM_INVALID);
+            }
+            draw_gradient(net, t, 1, grad);
+            assert_ok(om_optim_step(a, 0.01, grad, param, NULL));
+            if (t >= 7) assert_ok(om_optim_step(b, 0.01, grad, other, NULL));
+        }
+        assert_memory_equal(param, other, n * sizeof *param);
+        om_optim_get_average(a, param, grad);
+        om_optim_get_average(b, other, value);
+        assert_memory_equal(grad, value, n * sizeof *param);
+        om_optim_destroy(a);
+        om_optim_destroy(b);
+    }
+    om_net_destroy(net);
+}
+
 static void test_gradient_not_finite(void** state) {
     (void)state;
     OmNet* net = small_net(4);
@@ -319,6 +358,7 @@ int main(void) {
         cmocka_unit_test(test_clipping_and_average),
         cmocka_unit_test(test_pytorch),
         cmocka_unit_test(test_first_step),
+        cmocka_unit_test(test_save_and_restore),
         cmocka_unit_test(test_gradient_not_finite),
         cmocka_unit_test(test_any_worker_count),
         cmocka_unit_test(test_refused),

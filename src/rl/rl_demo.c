@@ -1,0 +1,161 @@
+// rl_demo.c: demonstrations of a task by its scripted expert.
+#include <math.h>
+#include <string.h>
+
+#include "rl/rl_internal.h"
+
+void om_rl_demos_done(OmRlDemos* d) {
+    om_free(d->adr);
+    om_free(d->obs);
+    om_free(d->action);
+    om_free(d->reward);
+    om_free(d->score);
+    *d = (OmRlDemos){0};
+}
+
+OmStatus om_rl_demos_check(const OmRlDemos* d, const OmRlTask* task) {
+    OM_CHECK(strcmp(d->task, task->name) == 0, OM_INVALID,
+             "the demonstrations are of task %s, not of %s", d->task, task->name);
+    bool is_alike = d->nobservation == task->nobservation && d->naction == task->naction;
+    for (int k = 0; is_alike && k < d->naction; ++k) is_alike = d->nchoice[k] == task->nchoice[k];
+    OM_CHECK(is_alike, OM_INVALID,
+             "the demonstrations have other observations or actions than the task");
+    return OM_OK;
+}
+
+typedef struct Episode {  // being recorded
+    int n, capacity;
+    float* obs;
+    int* action;
+    double* reward;
+    double score;
+} Episode;
+
+static void episode_done(Episode* e) {
+    om_free(e->obs);
+    om_free(e->action);
+    om_free(e->reward);
+}
+
+typedef struct Recording {
+    const OmRlTask* task;
+    uint64_t seed;
+    const OmProgress* progress;
+    Episode* episode;  // (ndemo)
+    OmStatus* status;  // (ndemo)
+} Recording;
+
+// One episode of a vector of one environment: episode k is environment 0 of seed + k.
+static OmStatus record_one(const Recording* r, int k) {
+    const OmRlTask* task = r->task;
+    Episode* e = &r->episode[k];
+    OmRlVecDef def = om_rl_vec_default_def(task);
+    OmRlVec* vec = NULL;
+    OmStatus status;
+    OmRng rng = om_rng_init(r->seed, 0x64656d6f00000000ull + (uint64_t)k);
+    float* next = NULL;
+    double info[OM_RL_MAX_INFO] = {0}, sum = 0;
+    bool is_terminated = false, is_truncated = false;
+    const size_t nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
+    def.nenv = 1;
+    def.nworker = 1;
+    def.seed = r->seed + (uint64_t)k;
+    e->capacity = task->max_step;
+    OM_ALLOC_DONE(e->obs, (size_t)e->capacity * nobs);
+    OM_ALLOC_DONE(e->action, (size_t)e->capacity * naction);
+    OM_ALLOC_DONE(e->reward, e->capacity);
+    OM_ALLOC_DONE(next, nobs);
+    OM_TRY_DONE(om_rl_vec_create(&def, &vec));
+    OM_TRY_DONE(om_rl_vec_reset(vec, next));
+    while (!is_terminated && !is_truncated) {
+        memcpy(e->obs + (size_t)e->n * nobs, next, nobs * sizeof *next);
+        OM_TRY_DONE(om_rl_vec_expert(vec, 0, &rng, e->action + (size_t)e->n * naction));
+        OM_TRY_DONE(om_rl_vec_step(vec, e->action + (size_t)e->n * naction,
+                                   &(OmRlStep){.obs = next,
+                                               .reward = e->reward + e->n,
+                                               .is_terminated = &is_terminated,
+                                               .is_truncated = &is_truncated,
+                                               .final_info = info,
+                                               .final_return = &sum}));
+        ++e->n;
+    }
+    e->score = om__rl_score_index(task) < 0 ? sum : info[om__rl_score_index(task)];
+done:
+    om_free(next);
+    om_rl_vec_destroy(vec);
+    return status;
+}
+
+static void record_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Recording* r = ctx;
+    for (int k = begin; k < end; ++k) r->status[k] = record_one(r, k);
+}
+
+OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction, OmRlDemos* d) {
+    d->ndemo = ndemo;
+    d->nstep = nstep;
+    d->nobservation = nobservation;
+    d->naction = naction;
+    OM_ALLOC(d->adr, ndemo + 1);
+    OM_ALLOC(d->obs, (size_t)nstep * (size_t)nobservation);
+    OM_ALLOC(d->action, (size_t)nstep * (size_t)naction);
+    OM_ALLOC(d->reward, nstep);
+    OM_ALLOC(d->score, ndemo);
+    return OM_OK;
+}
+
+static OmStatus join(const OmRlTask* task, const Episode* e, int ndemo, OmRlDemos* d) {
+    int64_t nstep = 0;
+    for (int k = 0; k < ndemo; ++k) nstep += e[k].n;
+    OM_CHECK(nstep < INT32_MAX, OM_INVALID, "demonstrations: too many steps");
+    OM_TRY(om__rl_demos_alloc(ndemo, (int)nstep, task->nobservation, task->naction, d));
+    memcpy(d->task, task->name, sizeof d->task);
+    memcpy(d->nchoice, task->nchoice, sizeof d->nchoice);
+    size_t at = 0, nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
+    for (int k = 0; k < ndemo; ++k) {
+        size_t n = (size_t)e[k].n;
+        d->adr[k] = (int)at;
+        memcpy(d->obs + at * nobs, e[k].obs, n * nobs * sizeof *d->obs);
+        memcpy(d->action + at * naction, e[k].action, n * naction * sizeof *d->action);
+        memcpy(d->reward + at, e[k].reward, n * sizeof *d->reward);
+        d->score[k] = e[k].score;
+        at += n;
+    }
+    d->adr[ndemo] = (int)at;
+    return OM_OK;
+}
+
+OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
+                            const OmProgress* progress, OmRlDemos* demos) {
+    enum { GROUP = 8 };
+    Recording r = {.task = task, .seed = seed, .progress = progress};
+    OmStatus status = OM_OK;
+    *demos = (OmRlDemos){0};
+    OM_CHECK(ndemo > 0 && ndemo <= 100000, OM_INVALID, "demonstrations: ndemo is %d", ndemo);
+    OM_CHECK(task->ops->expert, OM_UNAVAILABLE, "task %s has no expert", task->name);
+    OM_CALLOC_DONE(r.episode, ndemo);
+    OM_CALLOC_DONE(r.status, ndemo);
+    for (int begin = 0; begin < ndemo; begin += GROUP) {
+        OM_TRY_DONE(om_progress_report(progress, "demonstrations", begin, ndemo));
+        Recording part = r;
+        part.seed = seed + (uint64_t)begin;
+        part.episode = r.episode + begin;
+        part.status = r.status + begin;
+        int n = ndemo - begin < GROUP ? ndemo - begin : GROUP;
+        om_parallel_for(0, n, 1, record_block, &part);
+        for (int k = 0; k < n; ++k)
+            if (part.status[k] < 0) {
+                status = om_error(part.status[k], "demonstration %d of task %s failed", begin + k,
+                                  task->name);
+                goto done;
+            }
+    }
+    OM_TRY_DONE(join(task, r.episode, ndemo, demos));
+done:
+    for (int k = 0; r.episode && k < ndemo; ++k) episode_done(&r.episode[k]);
+    om_free(r.episode);
+    om_free(r.status);
+    if (status < 0) om_rl_demos_done(demos);
+    return status;
+}

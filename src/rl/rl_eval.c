@@ -1,0 +1,153 @@
+// rl_eval.c: episodes of a policy, of an expert, or of random actions.
+//
+// One vector of environments runs all episodes side by side. Each environment runs one episode and then waits.
+#include <math.h>
+#include <string.h>
+
+#include "rl/rl_internal.h"
+
+#define COOKIE 0x6576616cu
+enum { DRAWN = 100, MAX_EPISODE = 10000 };
+
+OmRlEvalDef om_rl_eval_default_def(const OmRlTask* task, OmRlPolicy* policy) {
+    return (OmRlEvalDef){.cookie = COOKIE, .task = task, .policy = policy, .seed = 1000};
+}
+
+void om_rl_eval_done(OmRlEval* e) {
+    om_free(e->ret);
+    om_free(e->score);
+    om_free(e->length);
+    om_free(e->is_ended);
+    *e = (OmRlEval){0};
+}
+
+typedef struct Running {
+    const OmRlEvalDef* def;
+    int n;
+    OmRlVec* vec;
+    OmRlActor* actor;
+    float* obs;
+    int *action, *length;
+    OmRng* rng;
+    double *sum, *info;
+    bool *is_terminated, *is_truncated, *is_done;
+} Running;
+
+static OmStatus running_init(const OmRlEvalDef* def, int n, Running* r) {
+    const OmRlTask* task = def->task;
+    OmRlVecDef vec = om_rl_vec_default_def(task);
+    r->def = def;
+    r->n = n;
+    vec.nenv = n;
+    vec.nworker = def->nworker;
+    vec.seed = def->seed;
+    OM_TRY(om_rl_vec_create(&vec, &r->vec));
+    if (def->policy && !def->is_expert) OM_TRY(om_rl_actor_create(def->policy, n, &r->actor));
+    OM_ALLOC(r->obs, (size_t)n * (size_t)task->nobservation);
+    OM_ALLOC(r->action, (size_t)n * (size_t)task->naction);
+    OM_ALLOC(r->length, n);
+    OM_ALLOC(r->rng, n);
+    OM_ALLOC(r->sum, n);
+    OM_ALLOC(r->info, (size_t)n * OM_RL_MAX_INFO);
+    OM_ALLOC(r->is_terminated, n);
+    OM_ALLOC(r->is_truncated, n);
+    r->is_done = om_calloc((size_t)n, sizeof(bool));
+    if (!r->is_done) return OM_NO_MEMORY;
+    for (int i = 0; i < n; ++i) {
+        r->rng[i] = om_rng_init(def->seed, 0x6576616c00000000ull + (uint64_t)i);
+        OM_TRY(om_rl_vec_reset_one(r->vec, i, task->nstart > 0 ? i % task->nstart : -1,
+                                   r->obs + (ptrdiff_t)i * task->nobservation));
+    }
+    return OM_OK;
+}
+
+static void running_done(Running* r) {
+    om_rl_vec_destroy(r->vec);
+    om_rl_actor_destroy(r->actor);
+    om_free(r->obs);
+    om_free(r->action);
+    om_free(r->length);
+    om_free(r->rng);
+    om_free(r->sum);
+    om_free(r->info);
+    om_free(r->is_terminated);
+    om_free(r->is_truncated);
+    om_free(r->is_done);
+}
+
+static OmStatus choose(Running* r) {
+    const OmRlTask* task = r->def->task;
+    if (r->actor)
+        return om_rl_actor_act(r->actor, r->obs, r->def->is_random ? r->rng : NULL, r->action,
+                               NULL);
+    for (int i = 0; i < r->n; ++i) {
+        int* a = r->action + (ptrdiff_t)i * task->naction;
+        if (r->def->is_expert)
+            OM_TRY(om_rl_vec_expert(r->vec, i, &r->rng[i], a));
+        else
+            for (int k = 0; k < task->naction; ++k)
+                a[k] = (int)om_rng_below(&r->rng[i], (uint32_t)task->nchoice[k]);
+    }
+    return OM_OK;
+}
+
+static OmStatus run(Running* r, const OmProgress* progress, OmRlEval* e) {
+    const OmRlTask* task = r->def->task;
+    const int score = om__rl_score_index(task);
+    int left = r->n;
+    for (int t = 0; left > 0; ++t) {
+        OM_TRY(om_progress_report(progress, "episodes", r->n - left, r->n));
+        OM_TRY(choose(r));
+        for (int i = 0; i < r->n; ++i)
+            if (r->is_done[i]) r->action[(ptrdiff_t)i * task->naction] = OM_RL_WAIT;
+        OM_TRY(om_rl_vec_step(r->vec, r->action,
+                              &(OmRlStep){.obs = r->obs,
+                                          .is_terminated = r->is_terminated,
+                                          .is_truncated = r->is_truncated,
+                                          .final_info = r->info,
+                                          .final_return = r->sum,
+                                          .final_length = r->length}));
+        for (int i = 0; i < r->n; ++i) {
+            if (r->is_done[i] || !(r->is_terminated[i] || r->is_truncated[i])) continue;
+            e->ret[i] = r->sum[i];
+            e->length[i] = r->length[i];
+            e->is_ended[i] = r->is_terminated[i];
+            e->score[i] = score < 0 ? r->sum[i] : r->info[(ptrdiff_t)i * task->ninfo + score];
+            r->is_done[i] = true;
+            --left;
+        }
+    }
+    return OM_OK;
+}
+
+OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRlEval* eval) {
+    Running r = {0};
+    OmStatus status = OM_OK;
+    *eval = (OmRlEval){0};
+    OM_CHECK(def->cookie == COOKIE, OM_INVALID, "evaluation: begin with om_rl_eval_default_def()");
+    OM_CHECK(def->nepisode >= 0 && def->nepisode <= MAX_EPISODE, OM_INVALID,
+             "evaluation: nepisode is %d, outside 0 to %d", def->nepisode, MAX_EPISODE);
+    if (def->policy) OM_TRY(om_rl_policy_check(def->policy, def->task));
+    int n = def->nepisode ? def->nepisode : def->task->nstart ? def->task->nstart : DRAWN;
+    OM_ALLOC_DONE(eval->ret, n);
+    OM_ALLOC_DONE(eval->score, n);
+    OM_ALLOC_DONE(eval->length, n);
+    OM_ALLOC_DONE(eval->is_ended, n);
+    OM_TRY_DONE(running_init(def, n, &r));
+    OM_TRY_DONE(run(&r, progress, eval));
+    eval->nepisode = n;
+    eval->min_score = eval->score[0];
+    for (int i = 0; i < n; ++i) {
+        eval->mean_return += eval->ret[i];
+        eval->mean_score += eval->score[i];
+        eval->mean_length += eval->length[i];
+        eval->min_score = fmin(eval->min_score, eval->score[i]);
+    }
+    eval->mean_return /= n;
+    eval->mean_score /= n;
+    eval->mean_length /= n;
+done:
+    running_done(&r);
+    if (status < 0) om_rl_eval_done(eval);
+    return status;
+}
