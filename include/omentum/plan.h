@@ -121,8 +121,12 @@ typedef struct OmPlannerDef {
     // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
     // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
-    // s a solve may take; default 10, <= 0 none. Grounding has no limit: a program of one's own that describes too many
-    // atoms, or infinitely many, does not return. `omentum plan` grounds in a child process for that.
+    // Conflicts of the search that a solve may take, 0: no limit; default 100000. The same situations give the same
+    // plans on a machine of any speed.
+    int conflict_limit;
+    // s that a solve may take as well; default 0: no limit. With it plans depend on the speed of the machine. Grounding
+    // has no limit: a program of one's own that describes too many atoms, or infinitely many, does not return.
+    // `omentum plan` grounds in a child process for that.
     double time_limit;
 } OmPlannerDef;
 

@@ -3983,8 +3983,12 @@ class OmPlannerDef(Struct):
     // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
     // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
-    // s a solve may take; default 10, <= 0 none. Grounding has no limit: a program of one's own that describes too many
-    // atoms, or infinitely many, does not return. `omentum plan` grounds in a child process for that.
+    // Conflicts of the search that a solve may take, 0: no limit; default 100000. The same situations give the same
+    // plans on a machine of any speed.
+    int conflict_limit;
+    // s that a solve may take as well; default 0: no limit. With it plans depend on the speed of the machine. Grounding
+    // has no limit: a program of one's own that describes too many atoms, or infinitely many, does not return.
+    // `omentum plan` grounds in a child process for that.
     double time_limit;
 } OmPlannerDef;"""
     cookie: int
@@ -3993,6 +3997,7 @@ class OmPlannerDef(Struct):
     program: bytes | None
     seed: int
     has_all_distances: bool
+    conflict_limit: int
     time_limit: float
 
 
@@ -6684,7 +6689,7 @@ complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_boo
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("is_forbidden", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 6), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
-complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
+complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("conflict_limit", c_int), ("time_limit", c_double)], {})
 complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int), ("ntwin", c_int), ("ntwin_exposed", c_int), ("spread", c_double), ("warning", c_int), ("force_most", c_double)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
 complete(OmPreplan, [("scene", c_char * 64), ("seed", c_int), ("n", c_int), ("point", OmPreplanPoint * 256), ("chosen", c_int), ("is_exposing", c_bool), ("visibility", c_double), ("force_limit", c_double), ("ntried", c_int), ("nexposing", c_int), ("nstep", c_int64), ("reason", c_char * 256)], {})
 complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int), ("nagain", c_int)], {})

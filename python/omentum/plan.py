@@ -102,7 +102,7 @@ class Planner(Owner):
 
     def __init__(self, program: str | os.PathLike[str] | None = None, **settings: Any) -> None:
         """program: a file in place of the built-in logic program. settings: fields of OmPlannerDef, such as horizon,
-        max_lift, time_limit (s)."""
+        max_lift, conflict_limit, time_limit (s)."""
         definition = lib.om_planner_default_def()
         definition.assign(settings)
         if program is not None:
@@ -111,7 +111,7 @@ class Planner(Owner):
         self._busy = Busy("Planner")
 
     def solve(self, situation: c.OmSituation, strict: bool = True) -> Plan:
-        """The best plan. Without any it raises NoSolution, at the time limit TimeLimit (`result` is the plan so far); with
+        """The best plan. Without any it raises NoSolution, out of its budget TimeLimit (`result` is the plan so far); with
         strict=False the plan is returned, and its `outcome` says so."""
         raw = c.OmPlan()
         with self._busy:

@@ -37,7 +37,8 @@ static const OmCliKey result_key[] = {
     {"cost", "costs of the plan, by priority"},
     {"ground_ms, solve_ms", "time of clingo"},
 };
-#define MEMORY_MB 2000  // default of --memory-limit
+#define TIME_LIMIT 10.0  // s, default of --time-limit
+#define MEMORY_MB 2000   // default of --memory-limit
 
 static const char example[] =
     "# The sensed situation. Blocks are (x, y), counted from 1; psm1 stands at the low y.\n"
@@ -271,6 +272,7 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
     OmStatus status = OM_OK;
     int nother = 8;
     double memory_mb = MEMORY_MB;
+    def.time_limit = TIME_LIMIT;
     def.program = om_cli_get(args, "--program");
     OM_TRY(om_cli_int(args, "--horizon", &def.horizon));
     OM_TRY(om_cli_int(args, "--max-pulls", &def.max_lift));

@@ -4,6 +4,7 @@
 // external atoms, and grounds a distance the first time it is sensed. A new control object is made when the grid
 // changes, when an arm is at a block that it could not reach before, when too many old distances are stored, or when an
 // exposure is known for the first time.
+#include <limits.h>
 #include <string.h>
 
 #include "plan/plan_internal.h"
@@ -266,7 +267,7 @@ static bool is_any_known(const OmSituation* s) {
 static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     OmStatus status = OM_OK;
     OmText facts = {0};
-    char n[32], horizon[32], max_lift[32], seed[32];
+    char n[32], horizon[32], max_lift[32], seed[32], limit[32];
     forget_ground(p);
     p->n = s->n;
     pairs_of(s, p->pair);
@@ -276,12 +277,20 @@ static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     snprintf(horizon, sizeof horizon, "horizon=%d", p->def.horizon);
     snprintf(max_lift, sizeof max_lift, "max_lift=%d", p->def.max_lift);
     snprintf(seed, sizeof seed, "--seed=%u", p->def.seed);
+    snprintf(limit, sizeof limit, "--solve-limit=%d",
+             p->def.conflict_limit > 0 ? p->def.conflict_limit : INT_MAX);
     p->has_exposure = p->has_exposure || is_any_known(s);
-    const char* arg[] = {"-c", n,
-                         "-c", horizon,
-                         "-c", max_lift,
-                         "-c", p->has_exposure ? "known=1" : "known=0",
-                         seed, "--opt-strategy=usc"};
+    const char* arg[] = {"-c",
+                         n,
+                         "-c",
+                         horizon,
+                         "-c",
+                         max_lift,
+                         "-c",
+                         p->has_exposure ? "known=1" : "known=0",
+                         seed,
+                         limit,
+                         "--opt-strategy=usc"};
     OM_TRY_DONE(om__asp_create(arg, (int)(sizeof arg / sizeof arg[0]), &p->asp));
 
     OM_TRY_DONE(write_facts(p, s, &facts));
@@ -519,7 +528,7 @@ OmStatus om__planner_search(OmPlanner* p, const OmSituation* s, const int32_t* a
 
 OmPlannerDef om_planner_default_def(void) {
     return (OmPlannerDef){
-        .cookie = COOKIE, .horizon = 12, .max_lift = 5, .seed = 1, .time_limit = 10.0};
+        .cookie = COOKIE, .horizon = 12, .max_lift = 5, .seed = 1, .conflict_limit = 100000};
 }
 
 OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** out) {
@@ -530,6 +539,8 @@ OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** out) {
              "planner: horizon is %d; it must be 1 to %d", def->horizon, OM_PLAN_MAX_HORIZON);
     OM_CHECK(def->max_lift >= 1 && def->max_lift <= OM_PLAN_MAX_HORIZON, OM_INVALID,
              "planner: max_lift is %d; it must be 1 to %d", def->max_lift, OM_PLAN_MAX_HORIZON);
+    OM_CHECK(def->conflict_limit >= 0, OM_INVALID, "planner: conflict_limit is %d; 0 or more",
+             def->conflict_limit);
     OM_CHECK(!def->program || om_path_exists(def->program), OM_IO, "%s: no such logic program",
              def->program);
     OmStatus status = OM_OK;
@@ -583,7 +594,8 @@ OmStatus om_planner_solve(OmPlanner* p, const OmSituation* s, OmPlan* plan) {
                         p->def.horizon);
     }
     return status == OM_TIMEOUT
-               ? om_error(OM_TIMEOUT, "planning took more than %g s", p->def.time_limit)
+               ? om_error(OM_TIMEOUT, "planning took more than %d conflicts, or %g s",
+                          p->def.conflict_limit, p->def.time_limit)
                : status;
 }
 

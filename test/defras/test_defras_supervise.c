@@ -125,6 +125,32 @@ static void test_faults_end_in_a_hold(void** state) {
     rig_destroy(&g);
 }
 
+// A planner out of its budget: held at the first plan, the arms have not moved.
+static void test_a_planner_out_of_budget_holds(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, object_scene());
+    OmPlanner* enough = g.planner;
+    OmPlannerDef def = om_planner_default_def();
+    def.conflict_limit = 1;
+    assert_ok(om_planner_create(&def, &g.planner));
+    FaultyWorld w = faulty_world(g.world, FAULT_NONE, 0);
+    Told told = {0};
+    OmLoopListener listener = {.ctx = &told, .on_hold = on_hold};
+    OmLoop* loop = make_faulty(&g, &w, &listener, false);
+    tick_to_end(loop);
+    const OmRetractResult* r = om_loop_result(loop);
+    assert_int_equal(r->outcome, OM_RETRACT_HELD);
+    assert_int_equal(r->hold, OM_HOLD_PLANNER);
+    assert_int_equal(told.nhold, 1);
+    assert_non_null(strstr(told.reason, "budget"));
+    assert_int_equal(r->naction, 0);
+    om_loop_destroy(loop);
+    om_planner_destroy(g.planner);
+    g.planner = enough;
+    rig_destroy(&g);
+}
+
 // With a person the loop waits; at a command, once the fault is gone, it continues and succeeds.
 static void test_a_person_goes_on(void** state) {
     (void)state;
@@ -345,6 +371,7 @@ static void test_wrong_commands(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faults_end_in_a_hold),
+        cmocka_unit_test(test_a_planner_out_of_budget_holds),
         cmocka_unit_test(test_a_person_goes_on),
         cmocka_unit_test(test_plans_need_consent),
         cmocka_unit_test(test_a_forbidden_block),

@@ -474,6 +474,42 @@ static void test_time_limit_is_an_answer(void** state) {
     om_planner_destroy(p);
 }
 
+// A budget of conflicts: the same plans, and the same ends of the budget, at any speed of the machine.
+static void test_budget_counts_conflicts(void** state) {
+    (void)state;
+    static const int limit[3] = {1, 40, 100000};
+    int ntimeout[3] = {0};
+    for (int i = 0; i < 3; ++i) {
+        OmPlannerDef def = om_planner_default_def();
+        def.conflict_limit = limit[i];
+        OmPlanner *p, *q;
+        assert_ok(om_planner_create(&def, &p));
+        assert_ok(om_planner_create(&def, &q));
+        for (int k = 0; k < 20; k++) {
+            OmSituation s;
+            OmPlan plan, again;
+            om_situation_init(&s, 8, 0.02);
+            s.is_above_roi[k] = s.is_fixed[k] = true;
+            OmStatus status = om_planner_solve(p, &s, &plan);
+            assert_status(om_planner_solve(q, &s, &again), status);
+            assert_int_equal(plan.naction, again.naction);
+            assert_memory_equal(plan.action, again.action, sizeof plan.action);
+            assert_memory_equal(plan.cost, again.cost, sizeof plan.cost);
+            assert_true(status == OM_OK || status == OM_TIMEOUT);
+            if (status == OM_TIMEOUT) assert_says(om_error_message(), "conflicts");
+            ntimeout[i] += status == OM_TIMEOUT;
+        }
+        om_planner_destroy(p);
+        om_planner_destroy(q);
+    }
+    assert_int_equal(ntimeout[2], 0);
+    assert_true(ntimeout[0] >= ntimeout[1] && ntimeout[0] > 0);
+    OmPlannerDef def = om_planner_default_def();
+    OmPlanner* p;
+    def.conflict_limit = -1;
+    assert_status(om_planner_create(&def, &p), OM_INVALID);
+}
+
 // ---- why -----------------------------------------------------------------------------------------------------------
 
 static void test_explanation_names_costs_and_rules(void** state) {
@@ -732,6 +768,7 @@ int main(void) {
         cmocka_unit_test(test_visible_needs_nothing),
         cmocka_unit_test(test_horizon_too_short_is_an_answer),
         cmocka_unit_test(test_time_limit_is_an_answer),
+        cmocka_unit_test(test_budget_counts_conflicts),
         cmocka_unit_test(test_explanation_names_costs_and_rules),
         cmocka_unit_test(test_known_exposure_replaces_the_law),
         cmocka_unit_test(test_explanation_of_no_plan),
