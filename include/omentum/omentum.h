@@ -55,6 +55,7 @@
 #include "omentum/rl.h"
 #include "omentum/rl_demo.h"
 #include "omentum/rl_policy.h"
+#include "omentum/rl_retract.h"
 #include "omentum/rl_train.h"
 #include "omentum/robot.h"
 #include "omentum/scene.h"

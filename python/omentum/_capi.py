@@ -83,9 +83,11 @@ OM_REPORT_MAX_SERIES = 6
 OM_RETRACT_CHECK_TIME = 0.5
 OM_RETRACT_SAMPLE = 0.1
 OM_RETRACT_SLID = 0.15
+OM_RL_GRID = 7
 OM_RL_MAX_ACTION = 8
 OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
+OM_RL_MAX_POINT = 64
 OM_RL_NAME = 32
 OM_RL_NMETHOD = 3
 OM_RL_WAIT = -1
@@ -588,6 +590,16 @@ class OmPbdKind(IntEnum):
 class OmRlNet(IntEnum):
     ACTOR = 0
     CRITIC = 1
+
+
+class OmRlReward(IntEnum):
+    THESIS = 0
+    EXPOSE = 1
+
+
+class OmRlTissue(IntEnum):
+    CLUSTERS = 0
+    ELEMENTS = 1
 
 
 class OmRlMethod(IntEnum):
@@ -5502,6 +5514,114 @@ class OmRlEvalDef(Struct):
     seed: int
 
 
+class OmRlKidney(Struct):
+    """typedef struct OmRlKidney {  // a bent ellipsoid: ((x - bend y^2) / a)^2 + (y / b)^2 + (z / c)^2 = 1
+    OmVec3 center;           // m; its height is that of the middle
+    OmVec3 half;             // half-axes a, b, c, m
+    double bend;             // of the poles away from the endoscope, 1/m
+} OmRlKidney;"""
+    center: Numbers
+    half: Numbers
+    bend: float
+
+
+class OmRlRetractDef(Struct):
+    """typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths in m
+    // ---- tissue
+    OmRlTissue tissue;  // default OM_RL_CLUSTERS
+    double thickness;   // default 3 mm
+    // of clusters: found by `omentum study sheet-calibration`; thesis: 12.7 mm, 9.5 mm, 0.361
+    double cluster_spacing;    // default 12.0 mm
+    double cluster_radius;     // default 14.9 mm
+    double cluster_stiffness;  // default 1
+    bool has_self_collision;   // default false
+    double young, poisson;     // of elements, Pa; default 3000 and 0.45
+    double density;            // kg/m^3; default 1000
+    // ---- scene
+    OmRlKidney kidney;
+    // of the true kidney and tumour from where observations believe them; default 0
+    OmVec3 kidney_shift;
+    double tumour_x, tumour_y;          // q is the point of the kidney above; default -0.020 and 0
+    double tumour_radius;               // default 8 mm
+    OmVec3 target;                      // p_T
+    OmVec3 workspace_lo, workspace_hi;  // the tip stays inside; positions are normalised by it
+    OmInstrument instrument;            // default OM_LARGE_NEEDLE_DRIVER
+    OmCamera endoscope;
+    int picture_width, picture_height;  // of render; default 84 x 84
+    // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm
+    double goal_along;
+    // ---- episodes
+    int max_step;            // default 2500
+    int hold;                // steps that the tip stays at p_T until an episode ends; default 10
+    bool has_fixed_horizon;  // an episode never ends before max_step; default false
+    int repeat;              // of an action in a step, 1 to 100; default 1
+    bool has_gripper;        // the gripper is a fourth action, 0 open and 1 close; default false
+    double move;             // of the tip along an axis in a step; default 0.5 mm
+    double time_step;        // s of tissue in a step; default 0.02
+    double grasp_radius;     // fat within this distance of the tip is held; default 5 mm
+    double reach;            // fat within this distance of the tip is grasped; default 2 mm
+    double start_height;     // of the tip above the fat at the start; default 12 mm
+    OmRlReward reward;       // default OM_RL_REWARD_EXPOSE
+    int npoint;              // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
+    bool is_awake;           // step the tissue also while nothing touches it; default false
+    // ---- errors of "reality" and of randomisation
+    // mean distance of the true tip from its measured place, drawn in each episode; default 0
+    double tip_error;
+    double camera_noise;  // standard deviation of a pixel's value, 0 to 255; default 0
+    OmCookie cookie;
+} OmRlRetractDef;"""
+    tissue: Choice[OmRlTissue]
+    thickness: float
+    cluster_spacing: float
+    cluster_radius: float
+    cluster_stiffness: float
+    has_self_collision: bool
+    young: float
+    poisson: float
+    density: float
+    kidney: OmRlKidney
+    kidney_shift: Numbers
+    tumour_x: float
+    tumour_y: float
+    tumour_radius: float
+    target: Numbers
+    workspace_lo: Numbers
+    workspace_hi: Numbers
+    instrument: Choice[OmInstrument]
+    endoscope: OmCamera
+    picture_width: int
+    picture_height: int
+    goal_along: float
+    max_step: int
+    hold: int
+    has_fixed_horizon: bool
+    repeat: int
+    has_gripper: bool
+    move: float
+    time_step: float
+    grasp_radius: float
+    reach: float
+    start_height: float
+    reward: Choice[OmRlReward]
+    npoint: int
+    is_awake: bool
+    tip_error: float
+    camera_noise: float
+    cookie: int
+
+
+class OmRlSurvey(Struct):
+    """typedef struct OmRlSurvey {
+    double along[OM_RL_GRID];   // of each row from the fixed side, m
+    double across[OM_RL_GRID];  // of each column from the middle, m
+    // TE after grasping there and moving straight to p_T, rows from the fixed side
+    double exposure[OM_RL_GRID][OM_RL_GRID];
+} OmRlSurvey;"""
+    along: Numbers
+    across: Numbers
+    exposure: Any
+
+
 class OmRlTrainRow(Struct):
     """typedef struct OmRlTrainRow {  // of metrics.csv, one an iteration
     int64_t step;              // of all environments together
@@ -6759,6 +6879,9 @@ complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction",
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("seed", c_uint64)], {"activation": OmActivation})
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
+complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
 complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
 complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("seconds", c_double)], {})
@@ -7417,6 +7540,9 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_policy_parameters": (c_void_p, [c_void_p, c_int]),
     "om_rl_policy_save": (c_int, [c_void_p, POINTER(OmTextPair), c_int, c_char_p]),
     "om_rl_policy_save_onnx": (c_int, [c_void_p, c_char_p]),
+    "om_rl_retract_create": (c_int, [POINTER(OmRlRetractDef), POINTER(POINTER(OmRlTask))]),
+    "om_rl_retract_default_def": (OmRlRetractDef, []),
+    "om_rl_retract_survey": (c_int, [POINTER(OmRlTask), c_int, POINTER(OmRlSurvey)]),
     "om_rl_task_create": (c_int, [c_char_p, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))]),
     "om_rl_task_destroy": (None, [POINTER(OmRlTask)]),
     "om_rl_task_kind": (POINTER(OmRlTaskKind), [c_int]),
@@ -8045,6 +8171,8 @@ STATUS = frozenset([
     "om_rl_policy_load",
     "om_rl_policy_save",
     "om_rl_policy_save_onnx",
+    "om_rl_retract_create",
+    "om_rl_retract_survey",
     "om_rl_task_create",
     "om_rl_train_run",
     "om_rl_vec_create",

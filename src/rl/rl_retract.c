@@ -1,0 +1,318 @@
+// rl_retract.c: the task "retract": its definition, its settings as text, and its constant part.
+//
+// Method: thesis 5.2-5.4. The scene was fixed before any policy was trained; doc/rl.md has TE by grasping place.
+#include <math.h>
+#include <string.h>
+
+#include "rl/rl_retract_internal.h"
+
+#define COOKIE 0x4e712ac7u
+#define FIXED_ROWS 2   // of particles, at the fixed side
+#define FIXED_X 0.018  // m, the fixed side of the flat sheet
+#define DROP 0.001     // m, of the fat above the kidney before it falls
+#define RADIUS 0.0015  // m, of a particle: half of its diameter of 3 mm (5.4.1)
+#define TARGET_CLEAR 0.001
+
+OmRlRetractDef om_rl_retract_default_def(void) {
+    OmRlRetractDef def = {
+        .thickness = 0.003,
+        .cluster_spacing = 0.0120,
+        .cluster_radius = 0.0149,
+        .cluster_stiffness = 1,
+        .young = 3000,
+        .poisson = 0.45,
+        .density = 1000,
+        .kidney = {.center = {-0.008, 0, 0.022}, .half = {0.030, 0.055, 0.022}, .bend = 4},
+        .tumour_x = -0.020,
+        .tumour_radius = 0.008,
+        .target = {0.000, 0, 0.095},
+        .workspace_lo = {-0.085, -0.055, 0.002},
+        .workspace_hi = {0.025, 0.055, 0.110},
+        .instrument = OM_LARGE_NEEDLE_DRIVER,
+        .picture_width = 84,
+        .picture_height = 84,
+        .goal_along = 0.075,
+        .max_step = 2500,
+        .hold = 10,
+        .repeat = 1,
+        .move = 0.0005,
+        .time_step = 0.02,
+        .grasp_radius = 0.005,
+        .reach = 0.002,
+        .start_height = 0.012,
+        .reward = OM_RL_REWARD_EXPOSE,
+        .cookie = COOKIE,
+    };
+    OmVec3 look = om_vec3(-0.020, 0, 0.040);
+    double distance = 0.2, up = 40 * OM_PI / 180;
+    OmVec3 eye = om_add(look, om_vec3(-distance * cos(up), 0, distance * sin(up)));
+    def.endoscope = (OmCamera){.pose_world_camera = om_pose_look_at(eye, look, om_vec3(0, 0, 1)),
+                               .width = 480,
+                               .height = 480,
+                               .fov = 45 * OM_PI / 180,
+                               .near_m = 0.01,
+                               .far_m = 2};
+    return def;
+}
+
+void om__rl_retract_use_reality(OmRlRetractDef* def) {
+    def->tissue = OM_RL_ELEMENTS;
+    def->young *= 1.5;
+    def->thickness *= 0.9;
+    def->kidney_shift = om_vec3(0.0016, 0.0012, 0);
+    def->tip_error = 0.0017;
+    def->camera_noise = 4;
+}
+
+// ---- the definition ---------------------------------------------------------------------------------
+
+typedef struct Limit {
+    const char* name;
+    size_t at;  // of a double in the definition
+    double lo, hi;
+} Limit;
+
+#define LIMIT(field, lo, hi) \
+    { #field, offsetof(OmRlRetractDef, field), lo, hi }
+static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
+                                    LIMIT(cluster_spacing, 0.003, 0.05),
+                                    LIMIT(cluster_radius, 0.0015, 0.05),
+                                    LIMIT(cluster_stiffness, 0, 1),
+                                    LIMIT(young, 10, 1e7),
+                                    LIMIT(poisson, 0, 0.4999),
+                                    LIMIT(density, 1, 1e5),
+                                    LIMIT(tumour_x, -0.05, 0.05),
+                                    LIMIT(tumour_y, -0.05, 0.05),
+                                    LIMIT(tumour_radius, 0.002, 0.03),
+                                    LIMIT(move, 1e-5, 0.005),
+                                    LIMIT(time_step, 1e-4, 0.1),
+                                    LIMIT(grasp_radius, 0.001, 0.02),
+                                    LIMIT(reach, 0, 0.02),
+                                    LIMIT(start_height, 0.003, 0.05),
+                                    LIMIT(goal_along, 0, OM__RL_LENGTH),
+                                    LIMIT(tip_error, 0, 0.02),
+                                    LIMIT(camera_noise, 0, 100)};
+
+static OmStatus check_def(const OmRlRetractDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "rl retract: the definition was not made by om_rl_retract_default_def");
+    for (size_t k = 0; k < sizeof limit_table / sizeof *limit_table; ++k) {
+        const Limit* l = &limit_table[k];
+        double v;
+        memcpy(&v, (const char*)d + l->at, sizeof v);
+        OM_CHECK(v >= l->lo && v <= l->hi, OM_INVALID,
+                 "rl retract: %s is %g; it must be from %g to %g", l->name, v, l->lo, l->hi);
+    }
+    OM_CHECK(
+        d->max_step >= 1 && d->hold >= 1 && d->repeat >= 1 && d->repeat <= 100, OM_INVALID,
+        "rl retract: max_step is %d, hold %d, repeat %d; all must be at least 1, repeat at most 100",
+        d->max_step, d->hold, d->repeat);
+    OM_CHECK(d->npoint >= 0 && d->npoint <= OM_RL_MAX_POINT, OM_INVALID,
+             "rl retract: npoint is %d; it must be from 0 to %d", d->npoint, OM_RL_MAX_POINT);
+    OmVec3 lo = d->workspace_lo, hi = d->workspace_hi, p = d->target;
+    OM_CHECK(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z, OM_INVALID,
+             "rl retract: the corners of the workspace are in the wrong order");
+    OM_CHECK(p.x >= lo.x && p.y >= lo.y && p.z >= lo.z && p.x <= hi.x && p.y <= hi.y && p.z <= hi.z,
+             OM_INVALID, "rl retract: the target (%g, %g, %g) m is outside the workspace", p.x, p.y,
+             p.z);
+    OmVec3 half = d->kidney.half;
+    OM_CHECK(half.x >= 0.01 && half.y >= 0.01 && half.z >= 0.01 && half.x <= 0.1 && half.y <= 0.1 &&
+                 half.z <= 0.1 && fabs(d->kidney.bend) <= 10,
+             OM_INVALID,
+             "rl retract: the kidney's half-axes must be from 0.01 to 0.1 m, and its bend "
+             "from -10 to 10 1/m");
+    return OM_OK;
+}
+
+// ---- tissue -----------------------------------------------------------------------------------------
+
+// Flat, above the kidney, its fixed side at FIXED_X.
+static OmStatus make_mesh(const OmRlRetract* t, OmTetMesh* mesh, double* volume) {
+    const OmRlRetractDef* d = &t->def;
+    double z = d->kidney.center.z + d->kidney.half.z + DROP + 0.5 * d->thickness;
+    double r = 0.5 * OM__RL_LENGTH;
+    OmVec3 middle = om_vec3(FIXED_X - r, 0, z);
+    if (d->tissue == OM_RL_CLUSTERS) {
+        OM_TRY(om_pbd_sample_sheet(OM__RL_LENGTH, OM__RL_LENGTH, d->thickness,
+                                   OM__RL_LENGTH / OM__RL_SIDE, mesh, volume));
+        for (int i = 0; i < mesh->nvert; ++i)
+            om_store3(mesh->x, i, om_add(middle, om_load3(mesh->x, i)));
+    } else {
+        OmVec3 half = om_vec3(r, r, 0.5 * d->thickness);
+        OM_TRY(om_tet_mesh_box(om_sub(middle, half), om_add(middle, half), OM__RL_SIDE, OM__RL_SIDE,
+                               1, mesh));
+    }
+    int nfixed = 0, *fixed = om_alloc((size_t)mesh->nvert, sizeof *fixed);
+    if (!fixed) return OM_NO_MEMORY;
+    double from = FIXED_X - OM__RL_LENGTH * FIXED_ROWS / OM__RL_SIDE - 1e-9;
+    for (int i = 0; i < mesh->nvert; ++i)
+        if (mesh->x[3 * (size_t)i] >= from) fixed[nfixed++] = i;
+    OmStatus status = om_tet_mesh_add_set(mesh, "attachment", fixed, nfixed);
+    om_free(fixed);
+    return status;
+}
+
+static OmStatus make_tissue(OmRlRetract* t) {
+    const OmRlRetractDef* d = &t->def;
+    OmTetMesh mesh = {0};
+    OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
+    OmStatus status = make_mesh(t, &mesh, &pbd.particle_volume);
+    bool is_pbd = d->tissue == OM_RL_CLUSTERS;
+    if (status == OM_OK) {
+        OmTissueDef def = om_tissue_default_def(is_pbd ? om_pbd_engine() : om_fem_engine(), &mesh);
+        pbd.cluster_spacing = d->cluster_spacing;
+        pbd.cluster_radius = d->cluster_radius;
+        pbd.cluster_stiffness = d->cluster_stiffness;
+        pbd.has_self_collision = d->has_self_collision;
+        if (is_pbd) def.options = &pbd;
+        def.material_default =
+            (OmMaterial){.young = d->young, .poisson = d->poisson, .law = OM_STABLE_NEO_HOOKEAN};
+        def.density = d->density;
+        def.rayleigh_stiffness = is_pbd ? 0 : 0.01;
+        def.is_averaged = !is_pbd;
+        def.solver.nworker = 1;
+        status = om_tissue_create(&def, &t->tissue);
+    }
+    t->nvert = mesh.nvert;
+    om_tet_mesh_done(&mesh);
+    if (status != OM_OK) return status;
+    // particles keep the collision distance from the distance that the ground gives
+    t->ground.shift = is_pbd ? pbd.collision_distance - 0.5 * d->thickness : 0;
+    OmTissueObstacle ground = om_field_obstacle(om__rl_ground_distance, &t->ground);
+    OmContactDef contact = om_contact_default_def();
+    contact.nobstacle = 1, contact.obstacle = &ground;
+    if (!is_pbd) contact.friction = 0.35;  // Table 3.1
+    return om_contact_create(&contact, t->tissue, &t->contact);
+}
+
+// ---- the robot --------------------------------------------------------------------------------------
+
+// Behind the kidney and to the right of the endoscope; jaws point at the middle of the workspace.
+static OmStatus make_robot(OmRlRetract* t) {
+    const OmRlRetractDef* d = &t->def;
+    OmVec3 rcm = om_vec3(0.040, -0.050, 0.158);
+    OmVec3 middle = om_lerp(d->workspace_lo, d->workspace_hi, 0.5);
+    OmPose base = om_pose_look_at(rcm, middle, om_vec3(0, 0, 1));
+    // at zero the shaft points along -z of the base
+    base.q = om_quat_mul(base.q, om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI));
+    t->psm = om_psm_default(d->instrument, base);
+    double q[OM_PSM_NJOINT] = {0, 0, 0.12, 0, 0, 0};
+    t->tip_q = om_psm_forward(&t->psm, q).q;
+    for (int k = 0; k < 8; ++k) {
+        OmVec3 lo = d->workspace_lo, hi = d->workspace_hi;
+        OmPose tip = {om_vec3(k & 1 ? hi.x : lo.x, k & 2 ? hi.y : lo.y, k & 4 ? hi.z : lo.z),
+                      t->tip_q};
+        OM_TRY(om_psm_inverse(&t->psm, tip, q, q));
+    }
+    return OM_OK;
+}
+
+// ---- the constant part ------------------------------------------------------------------------------
+
+static int find_vertex(const OmRlRetract* t, double along, double across) {
+    const double* x = om_tissue_mesh(t->tissue)->x;
+    int best = 0;
+    double least = INFINITY;
+    for (int i = 0; i < t->nvert; ++i) {
+        double d = hypot(t->fixed_x - x[3 * (size_t)i] - along, x[3 * (size_t)i + 1] - across);
+        if (d < least) least = d, best = i;
+    }
+    return best;
+}
+
+// What follows from the fat at rest.
+static OmStatus use_rest(OmRlRetract* t) {
+    const OmRlRetractDef* d = &t->def;
+    t->goal_along = d->goal_along;
+    t->goal = om_load3(t->rest_x, find_vertex(t, d->goal_along, 0));
+    t->fat_lo = om_vec3(INFINITY, INFINITY, INFINITY), t->fat_hi = om_scale(-1, t->fat_lo);
+    for (int i = 0; i < t->nvert; ++i) {
+        t->fat_lo = om_min3(t->fat_lo, om_load3(t->rest_x, i));
+        t->fat_hi = om_max3(t->fat_hi, om_load3(t->rest_x, i));
+    }
+    for (int k = 0; k < d->npoint; ++k) {  // spread over the sheet
+        double u = (k + 0.5) / d->npoint, v = fmod(0.5 + 0.6180339887498949 * k, 1);
+        t->point_vert[k] = find_vertex(t, OM__RL_LENGTH * u, OM__RL_LENGTH * (v - 0.5));
+    }
+    double* pixel;
+    OM_ALLOC(pixel, 3 * (size_t)t->nvert);
+    t->rest_exposure = om__rl_exposure(t, t->rest_x, pixel);
+    om_free(pixel);
+    return OM_OK;
+}
+
+static void fill_head(OmRlRetract* t) {
+    static const char* const info[] = {"exposure", "grasped", "along", "across"};
+    const OmRlRetractDef* d = &t->def;
+    OmRlTask* h = &t->head;
+    h->ops = &om__rl_retract_ops;
+    strcpy(h->name, "retract");
+    h->nobservation = 12 + 3 * d->npoint;
+    h->naction = d->has_gripper ? 4 : 3;
+    for (int k = 0; k < 3; ++k) h->nchoice[k] = 3;
+    h->nchoice[3] = d->has_gripper ? 2 : 0;
+    h->max_step = (d->max_step + d->repeat - 1) / d->repeat;
+    h->nstart = OM_RL_GRID * OM_RL_GRID;
+    h->ninfo = 4;
+    for (int k = 0; k < 4; ++k) h->info_name[k] = info[k];
+    h->score_name = info[0];
+    h->target = 0.95;
+    // the rest state depends on every setting of the scene; the others are added
+    uint64_t hash = om_hash(t->rest_x, 3 * (size_t)t->nvert * sizeof *t->rest_x, OM_HASH_SEED);
+    double own[] = {d->max_step,     d->hold,        d->has_fixed_horizon,
+                    d->repeat,       d->has_gripper, d->move,
+                    d->time_step,    d->reach,       d->start_height,
+                    d->reward,       d->npoint,      d->target.x,
+                    d->target.y,     d->target.z,    d->tip_error,
+                    d->camera_noise, t->q.x,         t->q.y,
+                    t->q.z,          d->goal_along,  d->cluster_stiffness};
+    h->hash = om_hash(own, sizeof own, hash);
+}
+
+static OmStatus fill(OmRlRetract* t) {
+    const OmRlRetractDef* d = &t->def;
+    t->fixed_x = FIXED_X;
+    t->d_max = om_distance(d->workspace_lo, d->workspace_hi);
+    OmRlKidney kidney = d->kidney;
+    kidney.center = om_add(kidney.center, d->kidney_shift);
+    OM_TRY(om__rl_ground_init(&kidney, &t->ground));
+    OM_TRY(make_tissue(t));
+    OmVec3 n;
+    t->true_q = om__rl_ground_top(&t->ground, d->tumour_x + d->kidney_shift.x,
+                                  d->tumour_y + d->kidney_shift.y, &n);
+    t->q = om_sub(t->true_q, d->kidney_shift);
+    OM_TRY(make_robot(t));
+    OM_TRY(om__rl_settle(t));
+    OM_TRY(om__rl_view_init(t));
+    OM_TRY(use_rest(t));
+    fill_head(t);
+    return OM_OK;
+}
+
+void om__rl_retract_destroy(OmRlTask* task) {
+    OmRlRetract* t = (OmRlRetract*)task;
+    if (!t) return;
+    om__rl_view_done(t);
+    om_contact_destroy(t->contact);
+    om_tissue_destroy(t->tissue);
+    om__rl_ground_done(&t->ground);
+    om_free(t->rest);
+    om_free(t->rest_x);
+    om_free(t);
+}
+
+OmStatus om_rl_retract_create(const OmRlRetractDef* def, OmRlTask** task) {
+    *task = NULL;
+    OM_CHECK(def, OM_INVALID, "rl retract: the definition is null");
+    OM_TRY(check_def(def));
+    OmRlRetract* t = om_calloc(1, sizeof *t);
+    if (!t) return OM_NO_MEMORY;
+    t->def = *def;
+    OmStatus status = fill(t);
+    if (status < 0) {
+        om__rl_retract_destroy(&t->head);
+        return status;
+    }
+    *task = &t->head;
+    return OM_OK;
+}

@@ -1,0 +1,123 @@
+// rl_retract_internal.h: shared by the files of the task "retract".
+#ifndef OMENTUM_RL_RETRACT_INTERNAL_H
+#define OMENTUM_RL_RETRACT_INTERNAL_H
+
+#include "omentum/contact.h"
+#include "omentum/fem.h"
+#include "omentum/pbd.h"
+#include "omentum/rl_retract.h"
+#include "omentum/tissue.h"
+
+#define OM__RL_SIDE 30      // particles along a side
+#define OM__RL_LENGTH 0.09  // m, of the sheet
+#define OM__RL_NROI 96      // points of the tumour
+
+typedef struct OmRlGround {  // kidney and table
+    OmRlKidney kidney;
+    OmSdf sdf;      // of the kidney
+    float* table;   // distance and normal at its nodes (nodes x 4)
+    OmVec3 lo, hi;  // of the grid
+    double shift;   // m, added to every distance
+} OmRlGround;
+
+typedef struct OmRlRetract {  // the task; constant
+    OmRlTask head;
+    OmRlRetractDef def;
+    OmRlGround ground;
+    OmTissueModel* tissue;
+    OmContact* contact;
+    unsigned char* rest;  // state of the tissue at rest
+    size_t tissue_size;   // bytes of it
+    double* rest_x;       // positions in it          (nvert x 3)
+    int nvert;            //
+    OmSurface sheet;      // triangles of the fat at rest
+    int* sheet_vert;      // its vertices in the mesh; null: the same
+    OmSurface organ, tumour, board, rail;
+    OmPsm psm;
+    OmQuat tip_q;                     // orientation of the tip
+    OmVec3 q;                         // believed place of the tumour
+    OmVec3 true_q;                    //
+    OmVec3 goal;                      // grasping place of reward (b), on the fat at rest
+    double goal_along;                // the same in the flat sheet, on its middle line, m
+    double fixed_x;                   // m, fixed side of the flat sheet
+    OmVec3 fat_lo, fat_hi;            // box around the fat at rest
+    double rest_exposure;             // of the tumour's points, fat at rest
+    int point_vert[OM_RL_MAX_POINT];  // vertices in the observation   (npoint)
+    double d_max;                     // m, diagonal of the workspace
+    OmWindow window;                  // of the endoscope's picture, around the tumour
+    int nwhole;                       // pixels of the tumour in it without fat and tools
+    unsigned char* disc;  // 1: pixel of the region of interest (window.height x window.width)
+    double roi_uvw[3 * OM__RL_NROI];  // pixels and 1 / depth of the tumour's points
+    double roi_lo[2], roi_hi[2];      // box around them, pixels
+    double view[12];                  // row-major 3 x 4: pixels times depth, depth
+} OmRlRetract;
+
+typedef struct OmRlEpisode {  // plain data of a state
+    OmRng rng;
+    OmVec3 tip;    // measured
+    OmVec3 error;  // of the true tip from it
+    double q[OM_PSM_NJOINT];
+    double along, across;  // place of the grasp in the flat sheet, m
+    double quality;        // of that place, 0 to 1
+    double exposure;       // visible share of the tumour's points now
+    double potential;      // of reward (b)
+    int step, nhold, nstill;
+    int frame;                              // pictures taken
+    bool is_holding, is_closed, is_moving;  // is_moving: the fat is not at rest
+    bool is_moved;                          // the fat left its rest in this episode
+} OmRlEpisode;
+
+typedef struct OmRlRetractState {
+    OmRlEpisode now;
+    OmTissueState* tissue;
+    OmTissueWork* work;
+    OmContactWork* contact;
+    OmSenseScene* scene;  // made by the first picture
+    OmSurface tool;
+    int sheet_id, tool_id;
+    double* pixel;  // of vertices: column, row, 1 / depth (nvert x 3)
+} OmRlRetractState;
+
+static inline const OmRlRetract* om__rl_retract(const OmRlTask* task) {
+    return (const OmRlRetract*)task;
+}
+
+// ---- rl_retract_ground.c
+
+OmStatus om__rl_ground_init(const OmRlKidney* kidney, OmRlGround* ground);
+void om__rl_ground_done(OmRlGround* ground);
+/// Distance of p to kidney and table; ctx is an OmRlGround.
+double om__rl_ground_distance(const void* ctx, OmVec3 p, OmVec3* normal);
+/// The point of the kidney's upper side above (x, y), and its normal.
+OmVec3 om__rl_ground_top(const OmRlGround* ground, double x, double y, OmVec3* normal);
+
+// ---- rl_retract_view.c
+
+/// What the endoscope sees: surfaces, the pixels of the tumour, its points.
+OmStatus om__rl_view_init(OmRlRetract* t);
+void om__rl_view_done(OmRlRetract* t);
+/// Visible share of the tumour's points behind fat at x (nvert x 3); pixel is scratch (nvert x 3).
+double om__rl_exposure(const OmRlRetract* t, const double* x, double* pixel);
+/// Draw the endoscope's picture.
+OmStatus om__rl_render(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture);
+/// TE of 5.4.3 from a picture.
+OmStatus om__rl_measure(const OmRlRetract* t, OmRlRetractState* s, double* exposure);
+void om__rl_view_drop(OmRlRetractState* s);
+
+// ---- rl_retract_state.c
+
+extern const OmRlTaskOps om__rl_retract_ops;
+/// Let the fat fall on the kidney and come to rest; fills rest and rest_x.
+OmStatus om__rl_settle(OmRlRetract* t);
+/// Grasp the fat at the tip, wherever the tip is.
+OmStatus om__rl_grasp(const OmRlRetract* t, OmRlRetractState* s);
+/// The vertex of the fat next to the true tip, and its distance.
+int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* distance);
+
+// ---- rl_retract.c
+
+/// The errors of "reality" (Fig. 5.10): other tissue, thickness, kidney, tip and camera.
+void om__rl_retract_use_reality(OmRlRetractDef* def);
+void om__rl_retract_destroy(OmRlTask* task);
+
+#endif

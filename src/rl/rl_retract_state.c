@@ -1,0 +1,370 @@
+// rl_retract_state.c: episodes of the task "retract": reset, step, observation, reward, and the scripted expert.
+//
+// The fat is at rest until it is grasped, and then again some time after it is released: such steps do not touch it.
+// With `is_awake` the fat is stepped always, and a step that leaves it within REST_MOVE of its rest is taken back: the
+// bytes are those of sleep (test_rl_retract). The particles of the rest state tremble by 0.2 nm in 2 minutes.
+#include <math.h>
+#include <string.h>
+
+#include "rl/rl_retract_internal.h"
+
+#define SETTLE_SPEED 1e-3  // m/s, of fat at rest
+#define SETTLE_TIME 20.0   // s, at most
+#define SETTLE_MORE 500    // steps that follow, until nothing but rounding moves the fat
+#define REST_MOVE 1e-8     // m
+#define STILL 5            // slow steps in a row after which released fat rests
+#define CLEAR 0.001        // m, between the tip and the kidney or the table
+#define AT_TARGET 0.002    // m, the tip is at p_T
+#define SHAPE_LENGTH 0.1   // m, unit of distances in the potential of reward (b)
+#define SHAPE_PLACE 0.03   // m, from the grasping place, where the quality of a place is 0
+#define SHAPE_STEP 0.002   // cost of a step
+#define SHAPE_END 2.0      // of TE at the end
+#define EXPERT_HIGH 0.008  // m, above the fat on the expert's way
+#define EXPERT_NEAR 0.004  // m, from the place in the plane, where the expert goes down
+#define EXPERT_SLIP 0.12   // share of random components of the expert's actions
+
+// ---- the tip ----------------------------------------------------------------------------------------
+
+static OmPose tip_pose(const OmRlRetract* t, const OmRlRetractState* s) {
+    return (OmPose){om_add(s->now.tip, s->now.error), t->tip_q};
+}
+
+// Distance of the fat from its drawn surface to the middle of particles, or to the vertices of elements.
+static double half_thickness(const OmRlRetract* t) { return 0.5 * t->def.thickness; }
+
+int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* distance) {
+    OmVec3 tip = om_add(s->now.tip, s->now.error);
+    const double* x = om_tissue_x(s->tissue);
+    const unsigned char* attached = om_tissue_attached(s->tissue);
+    double best = INFINITY;
+    int nearest = -1;
+    for (int i = 0; i < t->nvert; ++i) {
+        double d = om_norm2(om_sub(om_load3(x, i), tip));
+        if (d < best && !attached[i]) best = d, nearest = i;
+    }
+    *distance = sqrt(best) - half_thickness(t);
+    return nearest;
+}
+
+// Keep the tip out of kidney and table, in the workspace and within the joints' limits; otherwise it stays.
+static void move_tip(const OmRlRetract* t, OmRlRetractState* s, const int* action) {
+    OmVec3 p = s->now.tip, n;
+    double* axis[3] = {&p.x, &p.y, &p.z};
+    for (int k = 0; k < 3; ++k)
+        *axis[k] += t->def.move * (action[k] == 2 ? 1 : action[k] == 1 ? -1 : 0);
+    p = om_max3(t->def.workspace_lo, om_min3(t->def.workspace_hi, p));
+    double gap = om__rl_ground_distance(&t->ground, om_add(p, s->now.error), &n);
+    gap -= t->ground.shift + CLEAR;
+    if (gap < 0) p = om_madd(p, -gap, n);
+    p = om_max3(t->def.workspace_lo, om_min3(t->def.workspace_hi, p));
+    OmPose pose = {om_add(p, s->now.error), t->tip_q};
+    if (om_psm_inverse(&t->psm, pose, s->now.q, s->now.q) == OM_OK) s->now.tip = p;
+}
+
+// ---- grasp and tissue -------------------------------------------------------------------------------
+
+OmStatus om__rl_grasp(const OmRlRetract* t, OmRlRetractState* s) {
+    double distance;
+    int i = om__rl_nearest(t, s, &distance);
+    double radius = fmax(t->def.grasp_radius, distance + half_thickness(t) + 1e-6);
+    OM_TRY(om_tissue_grasp(t->tissue, s->tissue, 0, tip_pose(t, s), radius, NULL));
+    const double* rest = om_tissue_mesh(t->tissue)->x;
+    s->now.along = t->fixed_x - rest[3 * (size_t)i];
+    s->now.across = rest[3 * (size_t)i + 1];
+    double off = hypot(s->now.along - t->goal_along, s->now.across);
+    s->now.quality = fmax(0, 1 - off / SHAPE_PLACE);
+    s->now.is_holding = s->now.is_moving = s->now.is_moved = true;
+    s->now.nstill = 0;
+    return OM_OK;
+}
+
+static void release(OmRlRetractState* s) {
+    om_tissue_release(s->tissue, 0);
+    s->now.is_holding = false;
+    s->now.nhold = 0;
+}
+
+static double fastest(const OmRlRetract* t, const OmTissueState* tissue) {
+    const double* v = om_tissue_v(tissue);
+    double most = 0;
+    for (int i = 0; i < t->nvert; ++i) most = fmax(most, om_norm2(om_load3(v, i)));
+    return sqrt(most);
+}
+
+// Put fat that has not left its rest back.
+static void take_back(const OmRlRetract* t, OmRlRetractState* s) {
+    const double* x = om_tissue_x(s->tissue);
+    for (int i = 0; i < 3 * t->nvert; ++i)
+        if (!(fabs(x[i] - t->rest_x[i]) < REST_MOVE)) return;
+    memcpy(s->tissue, t->rest, t->tissue_size);
+    s->now.is_moved = false;
+}
+
+static OmStatus step_tissue(const OmRlRetract* t, OmRlRetractState* s) {
+    if (!s->now.is_moving && !t->def.is_awake) return OM_OK;
+    OM_TRY(om_tissue_move_grasp(s->tissue, 0, tip_pose(t, s)));
+    OmStatus status =
+        om_contact_step(s->contact, t->tissue, s->tissue, s->work, t->def.time_step, NULL);
+    if (status < 0) return status;
+    s->now.is_moved = true;
+    if (!s->now.is_moving) take_back(t, s);
+    s->now.exposure = om__rl_exposure(t, om_tissue_x(s->tissue), s->pixel);
+    if (s->now.is_holding || !s->now.is_moving) return OM_OK;
+    s->now.nstill = fastest(t, s->tissue) < SETTLE_SPEED ? s->now.nstill + 1 : 0;
+    if (s->now.nstill >= STILL) s->now.is_moving = false;
+    return OM_OK;
+}
+
+OmStatus om__rl_settle(OmRlRetract* t) {
+    OmTissueState* tissue = NULL;
+    OmTissueWork* work = NULL;
+    OmContactWork* contact = NULL;
+    OmStatus status = om_tissue_state_create(t->tissue, &tissue);
+    if (status == OM_OK) status = om_tissue_work_create(t->tissue, &work);
+    if (status == OM_OK) status = om_contact_work_create(t->contact, &contact);
+    if (status == OM_OK)
+        status = om_contact_settle(contact, t->tissue, tissue, work, t->def.time_step, SETTLE_SPEED,
+                                   SETTLE_TIME);
+    for (int k = 0; k < SETTLE_MORE && status >= 0 && t->def.tissue == OM_RL_CLUSTERS; ++k)
+        status = om_contact_step(contact, t->tissue, tissue, work, t->def.time_step, NULL);
+    if (status >= 0) {
+        status = OM_OK;
+        t->tissue_size = om_tissue_state_size(t->tissue);
+        OM_ALLOC_DONE(t->rest, t->tissue_size);
+        memcpy(t->rest, tissue, t->tissue_size);
+        OM_ALLOC_DONE(t->rest_x, 3 * (size_t)t->nvert);
+        memcpy(t->rest_x, om_tissue_x(tissue), 3 * (size_t)t->nvert * sizeof *t->rest_x);
+    }
+done:
+    om_contact_work_destroy(contact);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(tissue);
+    return status;
+}
+
+// ---- reward -----------------------------------------------------------------------------------------
+
+static double potential_of(const OmRlRetract* t, const OmRlEpisode* e) {
+    if (!e->is_holding) return -om_distance(e->tip, t->goal) / SHAPE_LENGTH;
+    return 1 + 2 * e->quality + 2 * e->exposure - om_distance(e->tip, t->def.target) / SHAPE_LENGTH;
+}
+
+static double reward_of(const OmRlRetract* t, OmRlEpisode* e, bool is_end) {
+    if (t->def.reward == OM_RL_REWARD_THESIS) {
+        OmVec3 to = e->is_holding ? t->def.target : t->q;
+        return -0.5 * om_distance(e->tip, to) / t->d_max - (e->is_holding ? 0 : 0.5);
+    }
+    double before = e->potential;
+    e->potential = potential_of(t, e);
+    return e->potential - before - SHAPE_STEP + (is_end ? SHAPE_END * e->exposure : 0);
+}
+
+// ---- the table --------------------------------------------------------------------------------------
+
+static OmStatus state_create(const OmRlTask* task, void** state) {
+    const OmRlRetract* t = om__rl_retract(task);
+    *state = NULL;
+    OmRlRetractState* s = om_calloc(1, sizeof *s);
+    if (!s) return OM_NO_MEMORY;
+    OmStatus status = om_tissue_state_create(t->tissue, &s->tissue);
+    if (status == OM_OK) status = om_tissue_work_create(t->tissue, &s->work);
+    if (status == OM_OK) status = om_contact_work_create(t->contact, &s->contact);
+    if (status == OM_OK) OM_ALLOC_DONE(s->pixel, 3 * (size_t)t->nvert);
+    if (status == OM_OK) memcpy(s->tissue, t->rest, t->tissue_size);
+done:
+    if (status == OM_OK)
+        *state = s;
+    else
+        om__rl_retract_ops.state_destroy(task, s);
+    return status;
+}
+
+static void state_destroy(const OmRlTask* task, void* state) {
+    (void)task;
+    OmRlRetractState* s = state;
+    if (!s) return;
+    om__rl_view_drop(s);
+    om_contact_work_destroy(s->contact);
+    om_tissue_work_destroy(s->work);
+    om_tissue_state_destroy(s->tissue);
+    om_free(s->pixel);
+    om_free(s);
+}
+
+// The tip above the fat at rest, or above the kidney where there is none.
+static OmVec3 start_above(const OmRlRetract* t, double x, double y, double height) {
+    OmVec3 n, p = om_vec3(x, y, t->def.workspace_hi.z);
+    double gap;
+    double top = 0;
+    for (int i = 0; i < t->nvert; ++i) {
+        OmVec3 v = om_load3(t->rest_x, i);
+        if (hypot(v.x - x, v.y - y) < 0.004) top = fmax(top, v.z);
+    }
+    while ((gap = om__rl_ground_distance(&t->ground, p, &n) - t->ground.shift) > 1e-4 && p.z > top)
+        p.z -= 0.5 * gap;
+    p.z = fmax(p.z, top) + height;
+    return om_max3(t->def.workspace_lo, om_min3(t->def.workspace_hi, p));
+}
+
+// Mean length of a normal vector is sigma sqrt(8 / pi).
+static OmVec3 draw_error(double mean, OmRng* rng) {
+    double sigma = mean / sqrt(8 / OM_PI);
+    double e[3] = {om_rng_normal(rng), om_rng_normal(rng), om_rng_normal(rng)};
+    return om_scale(sigma, om_vec3(e[0], e[1], e[2]));
+}
+
+static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
+    const OmRlRetract* t = om__rl_retract(task);
+    OmRlRetractState* s = state;
+    bool was_moved = s->now.is_moved;
+    memset(&s->now, 0, sizeof s->now);  // padding too: snapshots are compared by bytes
+    s->now.rng = rng;
+    OmRng* r = &s->now.rng;
+    double u = om_rng_uniform(r), v = om_rng_uniform(r);
+    if (start >= 0) {
+        u = (start / OM_RL_GRID + 0.5) / OM_RL_GRID;
+        v = (start % OM_RL_GRID + 0.5) / OM_RL_GRID;
+    }
+    double height = t->def.start_height;
+    if (start < 0) height += om_rng_range(r, -0.25, 0.25) * t->def.start_height;
+    OmVec3 lo = t->fat_lo, hi = t->fat_hi;
+    s->now.tip = start_above(t, hi.x - u * (hi.x - lo.x), lo.y + v * (hi.y - lo.y), height);
+    s->now.error = draw_error(t->def.tip_error, r);
+    if (was_moved) memcpy(s->tissue, t->rest, t->tissue_size);
+    s->now.exposure = t->rest_exposure;
+    OM_TRY(om_psm_inverse(&t->psm, tip_pose(t, s), s->now.q, s->now.q));
+    s->now.potential = potential_of(t, &s->now);
+    return OM_OK;
+}
+
+// The gripper closes where fat is within reach, or at the wish of the fourth action.
+static OmStatus work_gripper(const OmRlRetract* t, OmRlRetractState* s, const int* action) {
+    bool is_wanted = !t->def.has_gripper || action[3] == 1;
+    if (s->now.is_holding) {
+        if (!is_wanted) release(s);
+        s->now.is_closed = is_wanted;
+        return OM_OK;
+    }
+    double distance;
+    om__rl_nearest(t, s, &distance);
+    bool is_near = distance <= t->def.reach;
+    s->now.is_closed = t->def.has_gripper ? is_wanted : is_near;
+    return is_wanted && is_near ? om__rl_grasp(t, s) : OM_OK;
+}
+
+static OmStatus step(const OmRlTask* task, void* state, const int* action, double* reward,
+                     bool* is_terminated) {
+    const OmRlRetract* t = om__rl_retract(task);
+    OmRlRetractState* s = state;
+    *reward = 0;
+    *is_terminated = false;
+    for (int k = 0; k < t->def.repeat && !*is_terminated; ++k) {
+        move_tip(t, s, action);
+        OM_TRY(work_gripper(t, s, action));
+        OM_TRY(step_tissue(t, s));
+        bool is_there = s->now.is_holding && om_distance(s->now.tip, t->def.target) <= AT_TARGET;
+        s->now.nhold = is_there ? s->now.nhold + 1 : 0;
+        ++s->now.step;
+        *is_terminated = s->now.nhold >= t->def.hold && !t->def.has_fixed_horizon;
+        *reward += reward_of(t, &s->now, *is_terminated);
+    }
+    return OM_OK;
+}
+
+static float* put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
+    OmVec3 lo = t->def.workspace_lo, hi = t->def.workspace_hi;
+    *obs++ = (float)(2 * (p.x - lo.x) / (hi.x - lo.x) - 1);
+    *obs++ = (float)(2 * (p.y - lo.y) / (hi.y - lo.y) - 1);
+    *obs++ = (float)(2 * (p.z - lo.z) / (hi.z - lo.z) - 1);
+    return obs;
+}
+
+static void observe(const OmRlTask* task, const void* state, float* obs) {
+    const OmRlRetract* t = om__rl_retract(task);
+    const OmRlRetractState* s = state;
+    obs = put_point(t, s->now.tip, obs);
+    obs = put_point(t, t->q, obs);
+    obs = put_point(t, t->def.target, obs);
+    *obs++ = (float)(om_distance(s->now.tip, t->q) / t->d_max);
+    *obs++ = (float)(om_distance(s->now.tip, t->def.target) / t->d_max);
+    *obs++ = s->now.is_holding ? 1 : 0;
+    const double* x = om_tissue_x(s->tissue);
+    for (int k = 0; k < t->def.npoint; ++k) obs = put_point(t, om_load3(x, t->point_vert[k]), obs);
+}
+
+static OmStatus info(const OmRlTask* task, void* state, double* value) {
+    OmRlRetractState* s = state;
+    value[1] = s->now.is_holding;
+    value[2] = s->now.along;
+    value[3] = s->now.across;
+    return om__rl_measure(om__rl_retract(task), s, value);
+}
+
+static OmStatus render(const OmRlTask* task, void* state, OmPicture* picture) {
+    return om__rl_render(om__rl_retract(task), state, picture);
+}
+
+// ---- the expert -------------------------------------------------------------------------------------
+
+static int choice_towards(double way, double move) {
+    return way > 0.5 * move ? 2 : way < -0.5 * move ? 1 : 0;
+}
+
+// To the grasping place above the fat, down until it is grasped, straight to p_T. A person's hand wanders: the place is
+// off by some mm that are the same through an episode, and components of the action slip.
+static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* action) {
+    const OmRlRetract* t = om__rl_retract(task);
+    const OmRlRetractState* s = state;
+    OmRng own = s->now.rng;
+    own.counter[1] += 0x20000u;
+    own.used = 4;
+    OmVec3 goal = om_madd(t->goal, 1, draw_error(0.003, &own)), tip = s->now.tip;
+    OmVec3 way = om_sub(t->def.target, tip);
+    if (!s->now.is_holding) {
+        way = om_sub(goal, tip);
+        double gap;
+        om__rl_nearest(t, s, &gap);
+        if (hypot(way.x, way.y) < EXPERT_NEAR)
+            way.z = -1;
+        else
+            way.z = gap < EXPERT_HIGH ? 1 : gap > 2 * EXPERT_HIGH ? -1 : 0;
+    }
+    action[0] = choice_towards(way.x, t->def.move);
+    action[1] = choice_towards(way.y, t->def.move);
+    action[2] = choice_towards(way.z, t->def.move);
+    for (int k = 0; k < 3; ++k)
+        if (om_rng_uniform(rng) < EXPERT_SLIP) action[k] = (int)om_rng_below(rng, 3);
+    if (t->def.has_gripper) action[3] = 1;
+}
+
+// ---- snapshots --------------------------------------------------------------------------------------
+
+static size_t state_size(const OmRlTask* task) {
+    return sizeof(OmRlEpisode) + om__rl_retract(task)->tissue_size;
+}
+
+static void save(const OmRlTask* task, const void* state, void* block) {
+    const OmRlRetractState* s = state;
+    memcpy(block, &s->now, sizeof s->now);
+    memcpy((unsigned char*)block + sizeof s->now, s->tissue, om__rl_retract(task)->tissue_size);
+}
+
+static void restore(const OmRlTask* task, void* state, const void* block) {
+    OmRlRetractState* s = state;
+    memcpy(&s->now, block, sizeof s->now);
+    memcpy(s->tissue, (const unsigned char*)block + sizeof s->now,
+           om__rl_retract(task)->tissue_size);
+}
+
+const OmRlTaskOps om__rl_retract_ops = {.destroy = om__rl_retract_destroy,
+                                        .state_create = state_create,
+                                        .state_destroy = state_destroy,
+                                        .reset = reset,
+                                        .step = step,
+                                        .observe = observe,
+                                        .info = info,
+                                        .render = render,
+                                        .expert = expert,
+                                        .state_size = state_size,
+                                        .save = save,
+                                        .restore = restore};
