@@ -24,6 +24,15 @@ static const OmCliVerb umesh = {
         "outside the range of the training. Networks are written as safetensors and ONNX.",
 };
 
+static const OmCliVerb rl = {
+    .name = "rl",
+    .summary = "learn a task by trial and from demonstrations: training, evaluation",
+    .usage = "omentum rl STEP [options]",
+    .about =
+        "A policy learns a task in many simulated environments side by side: by rewards (PPO), by rewards and\n"
+        "demonstrations (GAIL), or by demonstrations alone (thesis, chapter 5).",
+};
+
 static const OmCliVerb study = {
     .name = "study",
     .summary = "repeat an experiment of the thesis, with its tables and figures",
@@ -44,6 +53,10 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_plan,
     &om_cli_verb_preplan,
     &om_cli_verb_retract,
+    &rl,
+    &om_cli_verb_rl_demo,
+    &om_cli_verb_rl_eval,
+    &om_cli_verb_rl_train,
     &study,
     &om_cli_verb_study_attachments,
     &om_cli_verb_study_calibration,

@@ -1,0 +1,177 @@
+// cli_rl_train.c: omentum rl train.
+#include <math.h>
+#include <string.h>
+
+#include "cli_rl.h"
+#include "omentum/rl_train.h"
+
+static const OmCliOption option[] = {
+    OM_CLI_RL_TASK,
+    {"--output", "-o", "DIR", "policy, report, and the checkpoint from which training continues"},
+    {"--method", "-m", "NAME", "ppo, gail or clone", "ppo"},
+    {"--steps", "-n", "N", "steps of all environments together", "1000000", NULL, 1, 2e9},
+    {"--seed", NULL, "N", "seed of the weights, the episodes and the actions", "1", NULL, 0,
+     2147483647},
+    {"--demos", "-d", "FILE", "demonstrations of omentum rl demo (gail, clone)"},
+    {"--start", NULL, "FILE", "policy.safetensors whose weights are used at the start"},
+    {"--environments", NULL, "N", "environments side by side", "16", NULL, 1, 65536},
+    {"--horizon", NULL, "N", "steps of each environment an iteration", "64", NULL, 1, 65536},
+    {"--batch", NULL, "N", "samples a descent", "256", NULL, 2, 1048576},
+    {"--epochs", NULL, "N", "passes over the samples of an iteration", "3", NULL, 1, 1000},
+    {"--rate", NULL, "R", "learning rate, falls linearly to 0", "0.0003", NULL, 0, 1},
+    {"--gamma", NULL, "R", "discount", "0.99", NULL, 0, 1},
+    {"--lambda", NULL, "R", "of generalised advantage estimation", "0.95", NULL, 0, 1},
+    {"--clip", NULL, "R", "range of the ratio of probabilities", "0.2", NULL, 1e-6, 10},
+    {"--clip-value", NULL, "R", "range of the change of the value; 0: none", "0.2", NULL, 0, 1e9},
+    {"--entropy", NULL, "R", "weight of the entropy", "0.005", NULL, 0, 10},
+    {"--layers", NULL, "N", "hidden layers of actor and critic", "2", NULL, 1, 8},
+    {"--width", NULL, "N", "units of a layer", "128", NULL, 1, 4096},
+    {"--weight-reward", NULL, "R", "gail: weight of the task's reward", "0.2", NULL, 0, 1e6},
+    {"--weight-gail", NULL, "R", "gail: weight of the discriminator's", "0.8", NULL, 0, 1e6},
+    {"--gail-rate", NULL, "R", "gail: learning rate of the discriminator", "0.0003", NULL, 0, 1},
+    {"--gail-noise", NULL, "R", "gail: standard deviation added to its observations", "0.02", NULL,
+     0, 10},
+    {"--gail-actions", NULL, NULL, "gail: the discriminator sees actions beside observations"},
+    {"--clone-epochs", NULL, "N", "epochs of cloning", "0; clone 200", NULL, 0, 1000000},
+    {"--workers", NULL, "N", "threads; the result does not depend on it", "one per processor", NULL,
+     0, OM_MAX_WORKER},
+    {"--quiet", "-q", NULL, "no progress"},
+};
+
+static const OmCliKey result_key[] = {
+    {"steps", "steps of all environments"},
+    {"episodes", "finished episodes"},
+    {"return", "mean return of the last 100 episodes"},
+    {"score", "mean score of the last 100 episodes"},
+    {"seconds", "of training, over all parts"},
+};
+
+static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
+    int seed = (int)d->seed, nstep = (int)d->nstep;
+    const char* method = om_cli_get(args, "--method");
+    for (int i = 0; method && i < OM_RL_NMETHOD; ++i)
+        if (strcmp(method, om_rl_method_name((OmRlMethod)i)) == 0) d->method = (OmRlMethod)i;
+    OM_CHECK(!method || strcmp(method, om_rl_method_name(d->method)) == 0, OM_INVALID,
+             "--method %s: give ppo, gail or clone", method);
+    OM_TRY(om_cli_int(args, "--steps", &nstep));
+    OM_TRY(om_cli_int(args, "--seed", &seed));
+    OM_TRY(om_cli_int(args, "--environments", &d->nenv));
+    OM_TRY(om_cli_int(args, "--horizon", &d->horizon));
+    OM_TRY(om_cli_int(args, "--batch", &d->batch));
+    OM_TRY(om_cli_int(args, "--epochs", &d->nepoch));
+    OM_TRY(om_cli_int(args, "--layers", &d->policy.nlayer));
+    OM_TRY(om_cli_int(args, "--width", &d->policy.width));
+    OM_TRY(om_cli_int(args, "--clone-epochs", &d->clone_epoch));
+    OM_TRY(om_cli_int(args, "--workers", &d->nworker));
+    const struct {
+        const char* name;
+        double* value;
+    } number[] = {{"--rate", &d->rate},
+                  {"--gamma", &d->gamma},
+                  {"--lambda", &d->lambda},
+                  {"--clip", &d->clip},
+                  {"--clip-value", &d->clip_value},
+                  {"--entropy", &d->entropy},
+                  {"--weight-reward", &d->weight_reward},
+                  {"--weight-gail", &d->weight_gail},
+                  {"--gail-rate", &d->gail_rate},
+                  {"--gail-noise", &d->gail_noise}};
+    for (size_t i = 0; i < sizeof number / sizeof *number; ++i)
+        OM_TRY(om_cli_double(args, number[i].name, number[i].value));
+    d->nstep = nstep;
+    d->seed = d->policy.seed = (uint64_t)seed;
+    d->gail_actions = om_cli_get(args, "--gail-actions") != NULL;
+    d->demos = om_cli_get(args, "--demos");
+    d->start = om_cli_get(args, "--start");
+    OM_CHECK(d->out_dir, OM_INVALID, "give the folder of the training (-o DIR)");
+    OM_CHECK(d->method == OM_RL_PPO || d->demos, OM_INVALID,
+             "%s needs demonstrations (-d FILE); omentum rl demo makes them",
+             om_rl_method_name(d->method));
+    return OM_OK;
+}
+
+// A line of the live curve every few seconds.
+static void print_row(void* ctx, const OmRlTrainRow* r) {
+    double *last = ctx, now = om_clock_now();
+    if (now - *last < 10) return;
+    *last = now;
+    fprintf(stderr,
+            "%10lld steps  %6lld episodes  return %9.2f  score %7.3f  entropy %6.3f  %6.1f s\n",
+            (long long)r->step, (long long)r->nepisode, r->mean_return, r->mean_score, r->entropy,
+            r->seconds);
+}
+
+static OmStatus train(const OmCliArgs* args, const OmRlTask* task) {
+    char command[1024];
+    double last = 0;
+    OmRlTrainResult result;
+    OmRlTrainDef def = om_rl_train_default_def(task, om_cli_get(args, "--output"));
+    OM_TRY(read_def(args, &def));
+    int len = snprintf(command, sizeof command, "omentum rl train");
+    for (int i = 1; i < args->argc && len >= 0 && (size_t)len < sizeof command; ++i)
+        len += snprintf(command + len, sizeof command - (size_t)len, " %s", args->argv[i]);
+    def.command = command;
+    bool is_quiet = om_cli_get(args, "--quiet") != NULL;
+    if (!is_quiet) def.on_row = print_row;
+    def.ctx = &last;
+    OM_TRY(om_rl_train_run(&def, om_cli_progress(is_quiet), &result));
+    om_cli_progress_done();
+    const OmRlTrainRow* row = &result.row[result.nrow - 1];
+    om_cli_figure("steps", (double)row->step);
+    om_cli_figure("episodes", (double)row->nepisode);
+    om_cli_figure("return", row->mean_return);
+    om_cli_figure("score", row->mean_score);
+    om_cli_figure("seconds", result.seconds);
+    om_cli_path(def.out_dir);
+    printf("%s%lld steps, %lld episodes, %.1f min; last 100 episodes: return %.2f, score %.3f\n"
+           "policy: %s/policy.safetensors\nreport: %s/report.html\n",
+           result.is_resumed ? "resumed: " : "", (long long)row->step, (long long)row->nepisode,
+           result.seconds / 60, row->mean_return, row->mean_score, def.out_dir, def.out_dir);
+    om_rl_train_result_done(&result);
+    return OM_OK;
+}
+
+int om_cli_rl_train(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    int npositional;
+    OmRlTask* task = NULL;
+    OmStatus status = om_cli_check(&args, 0, &npositional);
+    if (status >= 0 && om_cli_get(&args, "--task") &&
+        strcmp(om_cli_get(&args, "--task"), "list") == 0) {
+        om_cli_rl_list();
+        return OM_EXIT_OK;
+    }
+    if (status >= 0) status = om_cli_rl_task(&args, &task);
+    if (status >= 0) {
+        OmRlTrainDef def = om_rl_train_default_def(task, om_cli_get(&args, "--output"));
+        status = read_def(&args, &def);
+    }
+    if (status < 0) {
+        fprintf(stderr, "omentum rl train: %s\n", om_error_message());
+        om_rl_task_destroy(task);
+        return OM_EXIT_USAGE;
+    }
+    const char* const input[] = {om_cli_get(&args, "--demos"), om_cli_get(&args, "--start")};
+    status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 2);
+    if (status >= 0) status = train(&args, task);
+    om_rl_task_destroy(task);
+    return status < 0 ? om_cli_fail_kept("rl train", status) : OM_EXIT_OK;
+}
+
+const OmCliVerb om_cli_verb_rl_train = {
+    .name = "rl train",
+    .run = om_cli_rl_train,
+    .summary = "train a policy: PPO, GAIL or behaviour cloning",
+    .usage = "omentum rl train -t TASK -o DIR [options]",
+    .about =
+        "Trains a policy of a task (thesis, chapter 5). DIR receives policy.safetensors, policy.onnx (the\n"
+        "actor), metrics.csv and report.html. After an interruption the same command continues the training\n"
+        "and ends with the same bytes.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum rl train -t reach -n 80000 --rate 0.001 -o out/reach\n"
+               "  omentum rl demo -t reach -n 35 -o out/demos.hdf5\n"
+               "  omentum rl train -t reach -m gail -d out/demos.hdf5 -n 80000 -o out/gail",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

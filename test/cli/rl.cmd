@@ -1,0 +1,66 @@
+# omentum rl: demonstrations, training, evaluation; every bad input has a sentence.
+$ omentum rl demo -t reach -n 6 -q -o demos.hdf5
+exit 0
+out ^6 demonstrations, [0-9]+ steps, mean score 1.000: demos.hdf5$
+no-err
+$ omentum rl train -t reach -n 2048 -q -o ppo --json
+exit 0
+out "steps": 2048,
+$ ls ppo
+exit 0
+out ^checkpoint.h5$
+out ^metrics.csv$
+out ^policy.onnx$
+out ^policy.safetensors$
+out ^report.html$
+$ wc -l < ppo/metrics.csv; grep -c "rl train -t reach -n 2048" ppo/report.html
+exit 0
+out ^3$
+out ^1$
+# Killed after an iteration and started again: the same policy.
+$ ($OMENTUM rl train -t reach -n 40960 -q -o killed & pid=$!; while ! test -e killed/checkpoint.h5 && kill -0 $pid 2> /dev/null; do sleep 0.05; done; kill -9 $pid; wait $pid); $OMENTUM rl train -t reach -n 40960 -q -o killed > /dev/null && $OMENTUM rl train -t reach -n 40960 -q -o whole --workers 1 > /dev/null && tail -c 20000 killed/policy.safetensors | cksum > a && tail -c 20000 whole/policy.safetensors | cksum | cmp - a && echo same
+exit 0
+out ^same$
+$ omentum rl train -t reach -m gail -d demos.hdf5 -n 1024 --clone-epochs 2 -q -o gail
+exit 0
+out ^1024 steps
+$ omentum rl eval -t reach -p whole/policy.safetensors -q -o table.csv
+exit 0
+out ^27 episodes: reached 1\.000
+$ head -2 table.csv
+exit 0
+out ^episode,return,score,steps,ended$
+$ omentum rl eval -t cart-pole --random -q
+exit 1
+out ^100 episodes: return [0-9.]+, lowest
+# bad input
+$ omentum rl train -t reach -n 2048 --gamma 0.9 -q -o ppo
+exit 3
+err other settings
+$ omentum rl train -t rech -o x
+exit 2
+err did you mean reach\?
+$ omentum rl train -t reach -s stop=1 -o x
+exit 2
+err did you mean step\?
+$ omentum rl train -t reach -s step -o x
+exit 2
+err write KEY=VALUE
+$ omentum rl train -t reach -m pp -o x
+exit 2
+err give ppo, gail or clone
+$ omentum rl train -t reach -m gail -o x
+exit 2
+err gail needs demonstrations
+$ omentum rl train -t reach
+exit 2
+err give the folder
+$ omentum rl eval -t cart-pole -p ppo/policy.safetensors
+exit 3
+err the policy is of task reach, not of cart-pole
+$ omentum rl eval -t reach
+exit 2
+err give a policy
+$ omentum rl train -t list
+exit 0
+out ^cart-pole
