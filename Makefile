@@ -51,8 +51,9 @@ tsan: setup ## the quick tests under the thread sanitizer
 	@cmake --preset tsan -G Ninja > /dev/null && cmake --build build/tsan
 	@ctest --test-dir build/tsan -LE "slow|cli|sample" --output-on-failure
 
-bench: build ## timings, one JSON object a line
+bench: build python ## timings, one JSON object a line
 	@OMP_WAIT_POLICY=active $(RELEASE)/bin/omentum_bench
+	@tools/python_run.sh python/bench.py
 
 keys: build ## doc/scene_keys.md from the tables of the scene reader
 	@build/release/bin/omentum retract --keys > doc/scene_keys.md

@@ -1,9 +1,10 @@
-"""What Python costs: one JSON object a line, as `omentum_bench`.
+"""What Python costs: one JSON object a line, as `omentum_bench`; `make bench` runs both.
 
     python3 python/bench.py [ROUNDS]
 
-`step`: a step of a sheet of 882 vertices by the package, and by the bare function of C, taken in turn; minimum of all rounds, us.
-`read`: all positions of 10,648 vertices, as a view and as a copy; median, us.
+`step`: a step of a sheet of 882 vertices by the package, and by the bare function of C, taken in turn; minimum of all rounds.
+`read`: all positions of 10,648 vertices, as a view and as a copy; median. `load`: the network of the phantom; least of three.
+`goal`: what the row is to stay below; `goal_ratio`: above 1 where it does.
 """
 import ctypes
 import json
@@ -11,9 +12,15 @@ import statistics
 import sys
 import time
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    print("bench.py: python3 cannot import numpy (make python)", file=sys.stderr)
+    sys.exit(0)
 
 import omentum as om
+
+MOST_OVERHEAD, MOST_READ_US = 0.05, 50
 
 
 def once(function):
@@ -39,16 +46,22 @@ def bench_step(rounds):
         python.append(once(tissue.step))
         tissue.restore(state)
         direct.append(once(lambda: bare(*arguments)))
-    return {"row": "python/step", "nvert": len(mesh.x), "python_us": min(python), "c_us": min(direct),
-            "ratio": min(python) / min(direct)}
+    over = min(python) / min(direct) - 1
+    return {"bench": "python", "scene": "step", "size": len(mesh.x), "min_ms": 1e-3 * min(python), "reference": "the same call in C",
+            "reference_ms": 1e-3 * min(direct), "overhead": over, "goal": MOST_OVERHEAD, "goal_ratio": MOST_OVERHEAD / max(over, 1e-4)}
 
 
 def bench_read(rounds):
     tissue = om.Tissue(om.TetMesh.box((1, 1, 1), (21, 21, 21)))
-    return {"row": "python/read", "nvert": len(tissue.x), "view_us": statistics.median(once(lambda: tissue.x) for _ in range(rounds)),
-            "copy_us": statistics.median(once(lambda: tissue.x.copy()) for _ in range(rounds))}
+    view, copy = (statistics.median(once(f) for _ in range(rounds)) for f in (lambda: tissue.x, lambda: tissue.x.copy()))
+    return {"bench": "python", "scene": "read", "size": len(tissue.x), "view_us": view, "copy_us": copy, "goal": MOST_READ_US,
+            "goal_ratio": MOST_READ_US / copy}
+
+
+def bench_load(rounds):
+    return {"bench": "python", "scene": "load umesh", "min_ms": 1e-3 * min(once(om.UmeshNet.load) for _ in range(3 if rounds > 50 else 1))}
 
 
 rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 500
-for bench in (bench_step, bench_read):
+for bench in (bench_step, bench_read, bench_load):
     print(json.dumps(bench(rounds)))

@@ -80,7 +80,10 @@ has_mpi() { command -v mpiexec > /dev/null && command -v mpicc > /dev/null; }
 has_mpi || skip "two ranks over MPI" "Open MPI is not installed"
 
 # One benchmark after the other, each row once: they run to their end.
-check_bench() { build/release/bin/omentum_bench --quick --runs 1 > build/bench.log 2>&1 || { tail -n 20 build/bench.log; return 1; }; }
+check_bench() {
+    build/release/bin/omentum_bench --quick --runs 1 > build/bench.log 2>&1 && tools/python_run.sh python/bench.py 20 >> build/bench.log 2>&1 ||
+        { tail -n 20 build/bench.log; return 1; }
+}
 if [ "${1:-}" = --all ]; then
     tests slow release -L slow
     stage "build with the thread sanitizer" build tsan && tests tsan tsan -LE "slow|cli|sample"

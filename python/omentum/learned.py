@@ -10,8 +10,10 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of
-from ._lib import Busy, Handle, Owner, copied, create, data_path, forget_message, hdf5, lib, outcome, path_of, refuse_fork, view, vec3
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, create, data_path, forget_message, hdf5, lib, outcome, path_of,
+                   refuse_fork, view, vec3)
 from .mesh import Surface, TetMesh
+from .patient import Patient
 
 
 class UmeshNet(Owner):
@@ -165,16 +167,34 @@ def make_banet_sample(index: int, seed: int, strict: bool = True, **fields: Any)
 class BanetData(Owner):
     """A data set of BA-Net: len(data) samples; data[i] is (input, target, weight) as the network reads them.
 
-    input: (5, nz, ny, nx) of float32: signed distance and displacement in voxels, seen. target: 1 at attached cells; weight: 1 at
+    summary: OmBanetSummary of `generate`, else empty. input: (5, nz, ny, nx) of float32: signed distance and displacement in voxels, seen. target: 1 at attached cells; weight: 1 at
     cells that enter the loss; (nz, ny, nx).
     """
 
     def __init__(self, folder: str | os.PathLike[str], max_sample: int = 0) -> None:
         """folder: as `omentum banet generate` writes it. max_sample: 0: all."""
         raw = c.OmBanetData()
+        self.summary: dict[str, Any] = {}
         with hdf5:
             lib.om_banet_data_load(path_of(folder), max_sample, ctypes.byref(raw))
         self._handle = Handle(raw, lambda data: lib.om_banet_data_done(ctypes.byref(data)))
+
+    @classmethod
+    def generate(cls, folder: str | os.PathLike[str], nsample: int, seed: int, sample: dict[str, Any] | None = None,
+                 progress: bool | ProgressFunction | None = None, **fields: Any) -> BanetData:
+        """Make the missing samples of a data set in a folder, as `omentum banet generate`, and read it.
+
+        sample: fields of OmBanetSampleDef, such as {"way": "exact"}. fields of OmBanetDataDef: shard, npicture, nworker, ...
+        """
+        place, summary = path_of(folder), c.OmBanetSummary()
+        definition = lib.om_banet_data_default_def(seed, place)  # borrows `place`
+        definition.nsample = nsample
+        definition.assign({**fields, "sample": sample or {}})
+        with hdf5, Progress(progress) as listener:
+            lib.om_banet_generate(ctypes.byref(definition), listener.pointer, ctypes.byref(summary))
+        data = cls(folder)
+        data.summary = summary.as_dict()
+        return data
 
     def __len__(self) -> int:
         return self._c.nsample
@@ -202,11 +222,12 @@ class BanetData(Owner):
 
 class UmeshData(Owner):
     """A data set of U-Mesh. mask: nodes of the patch (nsample x nnode); u: displacements, m (nsample x nnode x 3); x: nodes at
-    rest, m (nnode x 3). Views."""
+    rest, m (nnode x 3): views. summary: OmUmeshSummary of `generate`, else empty."""
 
     def __init__(self, folder: str | os.PathLike[str], max_sample: int = 0) -> None:
         """folder: as `omentum umesh generate` writes it. max_sample: 0: all."""
         raw = c.OmUmeshData()
+        self.summary: dict[str, Any] = {}
         with hdf5:
             lib.om_umesh_data_load(path_of(folder), max_sample, ctypes.byref(raw))
         self._handle = Handle(raw, lambda data: lib.om_umesh_data_done(ctypes.byref(data)))
@@ -214,6 +235,32 @@ class UmeshData(Owner):
         self.x = view(self._handle, raw.grid.fem.mesh.x, np.float64, (nnode, 3))
         self.mask = view(self._handle, raw.mask, np.bool_, (n, nnode))
         self.u = view(self._handle, raw.u, np.float32, (n, nnode, 3))
+
+    @classmethod
+    def generate(cls, folder: str | os.PathLike[str], nsample: int, seed: int = 1, organ: Patient | Surface | None = None, nelem: int = 2174,
+                 progress: bool | ProgressFunction | None = None, **fields: Any) -> UmeshData:
+        """Make the missing samples of a data set in a folder, as `omentum umesh generate`, and read it.
+
+        organ: a patient of one material or a closed surface; None: the phantom. nelem: elements of its grid. fields of
+        OmUmeshDataDef: max_force (N), press_share, shard, npicture, nworker, ...
+        """
+        shape = lib.om_umesh_organ_default_def()
+        shape.nelem = nelem
+        raw = organ._as_c() if isinstance(organ, Surface) else None
+        if raw is not None:
+            shape.surface = ctypes.pointer(raw)
+        elif isinstance(organ, Patient):
+            shape.patient = ctypes.pointer(organ._handle.address)
+        made = Handle(create(lib.om_umesh_organ_create, ctypes.byref(shape)), lib.om_umesh_organ_destroy)
+        place, summary = path_of(folder), c.OmUmeshSummary()
+        definition = lib.om_umesh_data_default_def(made.address, place)  # borrows `place`
+        definition.nsample, definition.seed = nsample, seed
+        definition.assign(fields)
+        with hdf5, Progress(progress) as listener:
+            lib.om_umesh_generate(ctypes.byref(definition), listener.pointer, ctypes.byref(summary))
+        data = cls(folder)
+        data.summary = summary.as_dict()
+        return data
 
     def __len__(self) -> int:
         return self._c.nsample

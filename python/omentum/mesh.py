@@ -57,6 +57,20 @@ class Surface:
         """Raise Invalid with the first open, non-manifold or flipped edge."""
         lib.om_surface_require_closed(ctypes.byref(self._as_c()))
 
+    def to_meshio(self) -> Any:
+        """A meshio.Mesh."""
+        import meshio
+        return meshio.Mesh(self.x, [("triangle", self.tri)])
+
+    @classmethod
+    def from_meshio(cls, mesh: Any, unit: float = 1.0) -> Surface:
+        """The triangles of a meshio.Mesh, without vertices that no triangle has. unit: m per unit."""
+        tri = [b.data for b in mesh.cells if b.type == "triangle"]
+        if not tri:
+            raise ValueError("the mesh has no triangles (cells of type 'triangle')")
+        used, number = np.unique(np.concatenate(tri), return_inverse=True)
+        return cls(unit * np.asarray(mesh.points, float)[used, :3], number.reshape(-1, 3))
+
     def to_pyvista(self) -> Any:
         """A pyvista.PolyData."""
         import pyvista

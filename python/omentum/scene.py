@@ -124,6 +124,7 @@ class Body(Owner):
         nworker: threads of a step, 0: one a processor; results do not depend on it.
         scene: of a patient: settings such as law and engine; its tissue is replaced by the patient.
         """
+        self._made = None if isinstance(source, Site) else (source, role, nworker, scene.copy() if scene is not None else None)
         if isinstance(source, Patient):
             scene, site = _patient_site(source, scene, role, progress)
         elif isinstance(source, Site):
@@ -147,7 +148,7 @@ class Body(Owner):
     def _borrow(cls, address: int, scene: Scene, site: Site, keep: Any) -> Body:
         """A body that another object owns: the truth of a world."""
         body = cls.__new__(cls)
-        body.scene, body.site = scene, site
+        body.scene, body.site, body._made = scene, site, None
         body._setup(Handle(address, lambda _: None, keep))
         return body
 
@@ -280,8 +281,21 @@ class Body(Owner):
         with self._busy:
             lib.om_body_restore(self._c, snapshot)
 
+    def __reduce__(self) -> Any:
+        if self._made is None:
+            raise TypeError("a body of a site, or of a world, is not pickled: pickle the scene or the patient, and snapshot()")
+        source, role, nworker, scene = self._made
+        source = self.scene if isinstance(source, Scene) else source  # as it was when the body was made
+        return _restored_body, (source, role, nworker, scene, self.snapshot())
+
     def __repr__(self) -> str:
         return "Body(closed)" if self.is_closed else f"Body({self.mesh!r}, engine {self.engine!r})"
+
+
+def _restored_body(source: Any, role: str, nworker: int, scene: Scene | None, snapshot: bytes) -> Body:
+    body = Body(source, role, nworker, scene)
+    body.restore(snapshot)
+    return body
 
 
 def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: Any) -> tuple[Scene, Site]:

@@ -1,6 +1,4 @@
 """Training data, calibration problems and acquisitions in files: against what made them."""
-import ctypes
-
 import numpy as np
 import pytest
 
@@ -8,14 +6,15 @@ import omentum as om
 
 
 def test_a_data_set_of_banet_holds_its_samples(tmp_path, alive):
-    folder = str(tmp_path / "data").encode()
-    definition = om.lib.om_banet_data_default_def(907, folder)
-    definition.nsample, definition.shard, definition.npicture = 2, 2, 0
-    definition.sample.assign({"way": "exact", "two_share": 0, "board_share": 0, "extent": (0.06, 0.08)})
-    summary = om.capi.OmBanetSummary()
-    om.lib.om_banet_generate(ctypes.byref(definition), None, ctypes.byref(summary))
+    definition = {"sample": {"way": "exact", "two_share": 0, "board_share": 0, "extent": (0.06, 0.08)}, "shard": 2, "npicture": 0}
+    made = om.BanetData.generate(tmp_path / "data", 2, 907, **definition)
+    assert made.summary["nsample"] == made.summary["nmade"] == 2
+    assert om.BanetData.generate(tmp_path / "data", 2, 907, **definition).summary["nmade"] == 0  # they are there
+    with pytest.raises(om.Cancelled):
+        om.BanetData.generate(tmp_path / "other", 2, 907, progress=lambda *_: False, **definition)
+    del made
     data = om.BanetData(tmp_path / "data")
-    assert len(data) == 2 and summary.nsample == 2
+    assert len(data) == 2
     sample = om.make_banet_sample(1, 907, way="exact", extent=(0.06, 0.08))
     facts = data.facts(1)
     assert facts["nsurface"] == len(sample.surface.x) and facts["nattached"] == sample.attached.sum()
@@ -35,22 +34,28 @@ def test_a_data_set_of_banet_holds_its_samples(tmp_path, alive):
 
 
 def test_a_data_set_of_umesh_holds_displacements(tmp_path):
-    organ_def = om.lib.om_umesh_organ_default_def()
-    organ_def.nelem = 200
-    organ = ctypes.c_void_p()
-    om.lib.om_umesh_organ_create(ctypes.byref(organ_def), ctypes.byref(organ))
-    definition = om.lib.om_umesh_data_default_def(organ, str(tmp_path / "data").encode())
-    definition.nsample, definition.npicture = 3, 0
-    summary = om.capi.OmUmeshSummary()
-    om.lib.om_umesh_generate(ctypes.byref(definition), None, ctypes.byref(summary))
-    om.lib.om_umesh_organ_destroy(organ)
-    data = om.UmeshData(tmp_path / "data")
+    data = om.UmeshData.generate(tmp_path / "data", 3, nelem=200, npicture=0)
+    assert data.summary["nsample"] == 3 and len(om.UmeshData(tmp_path / "data", 2)) == 2
     assert len(data) == 3 and data.mask.shape == (3, len(data.x)) and data.u.shape == (3, len(data.x), 3)
     assert data.mask.any(axis=1).all()
-    assert np.linalg.norm(data.u, axis=2).max() == pytest.approx(summary.max_u, rel=1e-5)
+    assert np.linalg.norm(data.u, axis=2).max() == pytest.approx(data.summary["max_u"], rel=1e-5)
     u = data.u
     data.close()
     assert np.isfinite(u).all()  # the view keeps the data
+
+
+def test_a_data_set_of_an_organ_of_ones_own(tmp_path, ellipsoid, alive):
+    patient = om.build_patient(ellipsoid, edge=0.008, label=1)
+    surface, _ = patient.mesh.boundary()
+    data = om.UmeshData.generate(tmp_path / "data", 1, organ=surface, nelem=200, npicture=0, max_press=0.005, press_share=1)
+    assert data.x.min(axis=0) == pytest.approx(patient.mesh.x.min(axis=0), abs=0.008)  # a cell of the grid
+    assert data.x.max(axis=0) == pytest.approx(patient.mesh.x.max(axis=0), abs=0.008)
+    pressed = np.linalg.norm(data.u[data.mask], axis=1)
+    assert 0 < pressed.max() <= 0.005 * (1 + 1e-5)
+    with pytest.raises(AttributeError, match="max_press"):
+        om.UmeshData.generate(tmp_path / "other", 1, max_pres=0.1)
+    del data, surface, patient
+    assert alive() == 0
 
 
 def test_a_calibration_problem_from_files(tmp_path):

@@ -94,6 +94,36 @@ def test_volumes_are_read_with_type_and_axes(tmp_path):
         om.Volume.load(tmp_path / "missing.nrrd")
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.float32])
+def test_volumes_are_written_and_read_again(kind, tmp_path):
+    values = (np.random.default_rng(5).uniform(0, 200, (5, 4, 3))).astype(kind)
+    affine = np.array([[0, -0.002, 0, 0.01], [0.001, 0, 0, 0.02], [0, 0, 0.003, 0.03], [0, 0, 0, 1.0]])
+    om.Volume(values, affine=affine).save(tmp_path / "v.nrrd")
+    same = om.Volume.load(tmp_path / "v.nrrd")
+    assert same.values.dtype == kind and np.array_equal(same.values, values) and same.affine == pytest.approx(affine, abs=1e-9)
+    with pytest.raises(om.Invalid):
+        om.Volume(np.array([[[40000]]]), spacing=0.001).save(tmp_path / "w.nrrd")
+
+
+def test_nifti_of_another_writer_becomes_a_patient(ellipsoid, tmp_path):
+    """A file written by nibabel, in millimetres and with an oblique affine: voxels, places, and the mesh."""
+    nibabel = pytest.importorskip("nibabel")
+    turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = 2 * turn, (-30, 12, 5)
+    nibabel.save(nibabel.Nifti1Image(ellipsoid.values, affine), tmp_path / "labels.nii.gz")
+    volume = om.Volume.load(tmp_path / "labels.nii.gz")
+    assert np.array_equal(volume.values, ellipsoid.values)
+    metres = np.diag([1e-3, 1e-3, 1e-3, 1]) @ affine
+    assert volume.affine == pytest.approx(metres, abs=1e-7)
+    from_file, from_numpy = (om.build_patient(s, edge=0.008, label=1) for s in (tmp_path / "labels.nii.gz", om.Volume(ellipsoid.values, affine=metres)))
+    centre = (metres @ [21.5, 21.5, 21.5, 1])[:3]
+    for patient in (from_file, from_numpy):
+        assert patient.mesh.volume == pytest.approx(ELLIPSOID, rel=0.04) and patient.mesh.x.mean(axis=0) == pytest.approx(centre, abs=1e-3)
+    back = nibabel.load(tmp_path / "labels.nii.gz")
+    assert np.array_equal(np.asarray(back.dataobj), volume.values)
+
+
 def test_meshes_survive_files_and_pickles(box, tmp_path):
     box.label[3] = 7
     for name in ("m.vtu", "m.vtk", "m.msh"):
@@ -127,7 +157,29 @@ def test_meshio_both_ways(box):
     same = om.TetMesh.from_meshio(box.to_meshio())
     assert np.array_equal(same.x, box.x) and np.array_equal(same.tet, box.tet)
     assert np.array_equal(same.sets["attachment"], box.sets["attachment"])
-    assert meshio.Mesh(box.x, [("tetra", box.tet)]).cells[0].data.shape == box.tet.shape
+    surface, _ = box.boundary()
+    again = om.Surface.from_meshio(surface.to_meshio())
+    assert again.volume == pytest.approx(box.volume) and len(again.x) == len(surface.x)
+    # triangles and tetrahedra in one mesh, in millimetres: only the vertices of the triangles
+    both = meshio.Mesh(1e3 * box.x, [("tetra", box.tet), ("triangle", np.arange(12).reshape(4, 3)[:2])])
+    assert len(om.Surface.from_meshio(both, unit=1e-3).x) == 6
+    assert om.TetMesh.from_meshio(both, unit=1e-3).volume == pytest.approx(box.volume)
+
+
+def test_files_of_meshio_are_read_and_ours_by_meshio(box, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    box.label[:] = np.arange(len(box.tet)) % 3
+    for name in ("a.msh", "a.vtk"):  # meshio reads no .vtu with texts, which ours has
+        box.save(tmp_path / name)
+        theirs = om.TetMesh.from_meshio(meshio.read(tmp_path / name))
+        assert theirs.x == pytest.approx(box.x, abs=1e-12) and np.array_equal(theirs.tet, box.tet), name
+    for name in ("b.vtu", "b.vtk", "b.msh"):
+        box.to_meshio().write(tmp_path / name, file_format="gmsh" if name == "b.msh" else None)  # meshio's default is Ansys'
+        ours = om.TetMesh.load(tmp_path / name, unit=1)
+        assert ours.x == pytest.approx(box.x, abs=1e-12) and np.array_equal(ours.tet, box.tet), name
+    surface, _ = box.boundary()
+    surface.to_meshio().write(tmp_path / "s.stl")
+    assert om.Surface.load(tmp_path / "s.stl", unit=1).volume == pytest.approx(box.volume, rel=1e-5)
 
 
 def test_pictures(tmp_path):

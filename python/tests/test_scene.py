@@ -87,6 +87,25 @@ def test_a_patient_becomes_a_body_on_its_organ(ellipsoid):
     assert forces.contact @ patient.up > 0.5 * np.linalg.norm(forces.weight)  # the organ carries it
 
 
+def test_bodies_are_pickled_with_their_state(sheet, ellipsoid):
+    """To the same bits, as what a process of a pool gets."""
+    patient = om.build_patient(ellipsoid, edge=0.008, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
+    for body in (om.Body(sheet), om.Body(pickle.loads(pickle.dumps(patient)))):
+        body.settle(strict=False)
+        tip = body.x[body.mesh.sets["top"][0]].copy()
+        body.grasp(tip, radius=0.01)
+        body.move(tip + [0, 0, 0.001])
+        body.step(strict=False)
+        same = pickle.loads(pickle.dumps(body))
+        assert np.array_equal(same.x, body.x) and same.hash == body.hash
+        for each in (body, same):
+            each.move(tip + [0, 0, 0.002])
+            each.step(strict=False)
+        assert same.hash == body.hash and same.forces().grasp[0].tolist() == body.forces().grasp[0].tolist()
+    with pytest.raises(TypeError, match="snapshot"):
+        pickle.dumps(om.Body(sheet.build(), scene=sheet))
+
+
 # ---- cameras ----
 
 

@@ -39,6 +39,24 @@ def test_a_stretched_bar_has_the_stress_of_hooke():
     assert tissue.energy().elastic == pytest.approx(0.5 * 1e4 * 1e-6 * 1e-4 * 0.1, rel=5e-3)
 
 
+def test_von_mises_of_a_pulled_bar():
+    """One axis under tension: von Mises' stress is the stress, and the stretch is that of the ends."""
+    mesh = om.TetMesh.box((0.1, 0.01, 0.01), (20, 2, 2))
+    tissue = om.Tissue(mesh, young=1e4, poisson=0.0, law="st-venant-kirchhoff", gravity=(0, 0, 0))
+    ends = (mesh.x[:, 0] < 1e-9) | (mesh.x[:, 0] > 0.1 - 1e-9)
+    l = 1.2
+    tissue.set_attachment(ends, (mesh.x * [l, 1, 1])[ends])
+    tissue.find_rest(1e-7)
+    cauchy = 1e4 * l * 0.5 * (l**2 - 1) * l / l  # P = l S, S = E (l^2 - 1) / 2; sigma = P l / J, J = l
+    assert tissue.measure("von_mises") == pytest.approx(np.full(len(mesh.tet), cauchy), rel=1e-3)
+    assert tissue.measure("principal_stretch") == pytest.approx(np.full(len(mesh.tet), l), rel=1e-4)
+    assert tissue.measure("volume_ratio") == pytest.approx(np.full(len(mesh.tet), l), rel=1e-4)
+    density = 1e4 / 8 * (l**2 - 1) ** 2
+    assert tissue.measure("energy_density") == pytest.approx(np.full(len(mesh.tet), density), rel=1e-3)
+    with pytest.raises(ValueError, match="von_mises"):
+        tissue.measure("von-mise")
+
+
 def test_a_lift_balances(box):
     tissue = om.Tissue(box, young=2e4)
     tip = np.array([0.04, 0.01, 0.02])

@@ -54,6 +54,15 @@ class Log(om.Listener):
         self.outcomes = result.outcome
 
 
+class Stop(om.Listener):
+    def __init__(self, at):
+        self.at = at
+
+    def on_tick(self, loop, sample):
+        if loop.ntick == self.at:
+            loop.command("abort")
+
+
 def run(scene, wrap, listeners=(), **settings):
     inner, twin = om.SimulatedWorld(scene), om.Body(scene)
     inner.reset()
@@ -102,12 +111,7 @@ def test_an_exception_in_a_world_or_a_listener_reaches_the_caller():
 
 
 def test_a_listener_commands_the_loop():
-    class Stop(om.Listener):
-        def on_tick(self, loop, sample):
-            if loop.ntick == 20:
-                loop.command("abort")
-
-    _, result, _ = run(make_scene(), lambda world: world, [Stop()])
+    _, result, _ = run(make_scene(), lambda world: world, [Stop(at=20)])
     assert result.outcome == "aborted" and not result.is_exposed
 
 
@@ -225,6 +229,65 @@ def test_a_run_writes_its_record(tmp_path):
     scene = make_scene()
     result = om.retract(scene, tmp_path / "run", frame_every=0)
     assert {"report.html", "run.json", "run.vtkhdf"} <= {p.name for p in (tmp_path / "run").iterdir()}
+    h5py = pytest.importorskip("h5py")
+    assert h5py.is_hdf5(tmp_path / "run" / "run.vtkhdf")
+    recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
+    assert recording.times[-1] <= result.samples["time"][-1] + 1e-6 and len(recording) > 3
+    assert recording.x(0).shape == (recording.nvert, 3) and np.isfinite(recording.x(-1)).all()
+    recording.close()
     assert result.reason and len(result.samples["time"]) > 3 and result.summary["naction"] == len(result.actions)
     with pytest.raises(om.Cancelled):
         om.retract(scene, progress=lambda *_: False)
+
+
+def interrupt():
+    """SIGINT to this process."""
+    import os
+    import signal
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_ctrl_c_stops_a_run(alive):
+    calls = []
+
+    def report(stage, done, total):
+        calls.append(stage)
+        if len(calls) == 5:
+            interrupt()
+
+    with pytest.raises(KeyboardInterrupt):
+        om.retract(make_scene(), progress=report)
+    assert alive() == 0
+
+
+def test_ctrl_c_stops_a_loop(alive):
+    class Impatient(om.Listener):
+        def on_tick(self, loop, sample):
+            if loop.ntick == 5:
+                interrupt()
+
+    inner, twin = om.SimulatedWorld(make_scene()), om.Body(make_scene())
+    inner.reset()
+    loop = om.Loop(make_scene(), inner, twin, om.Planner(), listeners=[Impatient()])
+    with pytest.raises(KeyboardInterrupt):
+        loop.run()
+    assert loop.ntick == 5
+    while loop.phase != "ended":  # the loop is whole: it stops the arms and ends
+        loop.tick()
+    assert loop.result.outcome == "cancelled"
+    del loop, inner, twin
+    assert alive() == 0
+
+
+def test_ctrl_c_ends_a_search():
+    calls = []
+
+    def model(p):
+        calls.append(1)
+        if len(calls) == 30:
+            interrupt()
+        return np.abs(p - 0.3)
+
+    with pytest.raises(KeyboardInterrupt):
+        om.calibrate(model, [om.Parameter("a", -1, 1, 0.9)], 1, max_generations=1000, population=20)
+    assert len(calls) < 200

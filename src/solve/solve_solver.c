@@ -283,12 +283,28 @@ static OmStatus solve_factors(OmSolver* S, int nrhs, double* b) {
     return S->lu ? om__lu_solve(S->lu, nrhs, b) : om__cholesky_solve(S->cholesky, nrhs, b);
 }
 
+// The residual where all free unknowns are 0, and the fixed ones as in x; without prescribed values it is b.
+static double start_residual(OmSolver* S, const OmBsr* A, const double* b, const double* x) {
+    size_t n = 3 * (size_t)S->nvert;
+    bool is_zero = true;
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i) {
+        S->xd[i] = S->fixed[i] ? x[i] : 0.0;
+        is_zero = is_zero && S->xd[i] == 0.0;
+    }
+    if (!is_zero) return serial_residual(S, A, b);
+    for (size_t i = 0; i < n; ++i) {
+        S->rd[i] = S->fixed[i] ? 0.0 : b[i];
+        sum += S->rd[i] * S->rd[i];
+    }
+    return sqrt(sum);
+}
+
 // Residual of a direct solve; if it is too large, corrections are added as long as they reduce it.
 static OmStatus refine_direct(OmSolver* S, const OmBsr* A, const double* b, double* x,
                               double* residual) {
     size_t n = 3 * (size_t)S->nvert;
-    for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? x[i] : 0.0;
-    double scale = serial_residual(S, A, b), last = INFINITY;
+    double scale = start_residual(S, A, b, x), last = INFINITY;
     for (int turn = 0; turn < MAX_REFINE; ++turn) {
         for (size_t i = 0; i < n; ++i) S->xd[i] = x[i];
         if (turn > 0) {  // rd holds the residual of x
@@ -313,8 +329,7 @@ static OmStatus solve_direct(OmSolver* S, const OmBsr* A, int nrhs, const double
     size_t n = 3 * (size_t)S->nvert;
     for (int k = 0; k < nrhs; ++k) {
         double* xk = x + n * (size_t)k;
-        for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? xk[i] : 0.0;
-        serial_residual(S, A, b + n * (size_t)k);
+        start_residual(S, A, b + n * (size_t)k, xk);
         for (size_t i = 0; i < n; ++i) xk[i] = S->fixed[i] ? xk[i] : S->rd[i];
     }
     OM_TRY(solve_factors(S, nrhs, x));
