@@ -50,6 +50,9 @@ typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
     // The correspondence goes through the twin that physics alone has corrected, where that is accepted: one more
     // om_match_update, for a twin that has few of its attachments. Default false.
     bool is_corrected;
+    // One more set is tried: the last accepted one, corrected where twin and scans contradict each other
+    // (OmMatchAdvice.present). Default false; om_retract_run sets it.
+    bool tries_last_corrected;
     int nworker;  // threads of the correspondence; default 1
     OmCookie cookie;
 } OmBanetUpdateDef;

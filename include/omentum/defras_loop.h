@@ -84,6 +84,8 @@ typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
     double estimate_ms;                     // wall time; NAN if cancelled
     // m, mu when the estimate was started, and when the twin had adopted it, or it was refused; NAN: not measured
     double mu_before, mu_after;
+    // m, the same of OmMonitorFrame.part, less its value before the grasp
+    double part_before, part_after;
 } OmRetractUpdate;
 
 typedef enum OmRetractOutcome {

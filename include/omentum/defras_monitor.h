@@ -55,10 +55,13 @@ typedef struct OmMonitorFrame {
     double distance;  // m, median of the closest distances, or another quantile of the settings
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
-    int npoint;   // measured points on the tissue
-    int nmoved;   // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
-    int nrest;    // frames in `rest`
-    int state;    // warning state, 0 to 3; 0 before the first grasp
+    // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
+    // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
+    double part;
+    int npoint;  // measured points on the tissue
+    int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
+    int nrest;   // frames in `rest`
+    int state;   // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
@@ -74,8 +77,8 @@ typedef struct OmMonitor OmMonitor;
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_create(const OmMonitorDef* def, OmMonitor** monitor);
 OM_API void om_monitor_destroy(OmMonitor* monitor);
-/// Limits of mu for the states 1, 2 and 3, m.
-OM_API void om_monitor_get_limits(const OmMonitor* monitor, double limit[3]);
+/// Of its definition; valid as long as the monitor.
+OM_API const OmSceneMonitor* om_monitor_settings(const OmMonitor* monitor);
 /// Before a new operation: nothing has been grasped, no frame has been seen.
 OM_API void om_monitor_reset(OmMonitor* monitor);
 /// What a frame needs of a world: OM_OBSERVE_DEPTH, and OM_OBSERVE_COLOR where the world has it and the definition uses
@@ -94,6 +97,9 @@ OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observ
                                  const double* x_twin, bool has_grasped, OmMonitorFrame* frame);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
+/// The same by OmMonitorFrame.part: 0 to 2, with part_limit of the settings; 0 where parts are not watched.
+/// @param part  m, less its value before the present grasp
+OM_API int om_monitor_next_part_state(const OmSceneMonitor* settings, int state, double part);
 
 #ifdef __cplusplus
 }

@@ -159,7 +159,8 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     double moved_share;  // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
-    // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice
+    // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice; 2 + nset: the
+    // corrected `present`
     int choice;
     bool is_accepted;
     char reason[256];  // why not; "" if accepted
@@ -182,6 +183,9 @@ typedef struct OmMatchAdvice {  // zero-initialise
     // sets to try beside the most probable one, nonzero where attached             (nset x nvert)
     int nset;  // at most OM_MATCH_MAX_ADVICE
     const unsigned char* set[OM_MATCH_MAX_ADVICE];
+    // Attachments that the twin has; null: not known. One set more is tried: these, attached where the scans show that
+    // tissue stayed and the twin moved it, and free where they show that it moved              (nvert)
+    const unsigned char* present;
 } OmMatchAdvice;
 
 /// As om_match_update, with advice. Besides the most probable set, the set of the scans alone and those of the advice

@@ -227,6 +227,10 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
     double quantile;
     int region;  // OmMonitorRegion; default OM_MONITOR_TISSUE
+    // m, of OmMonitorFrame.part, above which the state is 1 and 2 in a pull; ascending, or both 0: parts of the tissue
+    // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
+    double part_limit[2];
+    double part_share;  // of the measured points, that make a part; default 0.02
 } OmSceneMonitor;
 
 typedef struct OmScene {

@@ -2394,6 +2394,10 @@ class OmSceneMonitor(Struct):
     // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
     double quantile;
     int region;  // OmMonitorRegion; default OM_MONITOR_TISSUE
+    // m, of OmMonitorFrame.part, above which the state is 1 and 2 in a pull; ascending, or both 0: parts of the tissue
+    // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
+    double part_limit[2];
+    double part_share;  // of the measured points, that make a part; default 0.02
 } OmSceneMonitor;"""
     is_enabled: bool
     limit: Numbers
@@ -2402,6 +2406,8 @@ class OmSceneMonitor(Struct):
     npoint: int
     quantile: float
     region: int
+    part_limit: Numbers
+    part_share: float
 
 
 class OmScene(Struct):
@@ -2680,7 +2686,8 @@ class OmMatchEstimate(Struct):
     double moved_share;  // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
-    // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice
+    // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice; 2 + nset: the
+    // corrected `present`
     int choice;
     bool is_accepted;
     char reason[256];  // why not; "" if accepted
@@ -2721,11 +2728,15 @@ class OmMatchAdvice(Struct):
     // sets to try beside the most probable one, nonzero where attached             (nset x nvert)
     int nset;  // at most OM_MATCH_MAX_ADVICE
     const unsigned char* set[OM_MATCH_MAX_ADVICE];
+    // Attachments that the twin has; null: not known. One set more is tried: these, attached where the scans show that
+    // tissue stayed and the twin moved it, and free where they show that it moved              (nvert)
+    const unsigned char* present;
 } OmMatchAdvice;"""
     probability: Any
     weight: float
     nset: int
     set: Any
+    present: Any
 
 
 class OmMatchTrial(Struct):
@@ -2759,6 +2770,9 @@ class OmBanetUpdateDef(Struct):
     // The correspondence goes through the twin that physics alone has corrected, where that is accepted: one more
     // om_match_update, for a twin that has few of its attachments. Default false.
     bool is_corrected;
+    // One more set is tried: the last accepted one, corrected where twin and scans contradict each other
+    // (OmMatchAdvice.present). Default false; om_retract_run sets it.
+    bool tries_last_corrected;
     int nworker;  // threads of the correspondence; default 1
     OmCookie cookie;
 } OmBanetUpdateDef;"""
@@ -2773,6 +2787,7 @@ class OmBanetUpdateDef(Struct):
     reach: float
     ntry: int
     is_corrected: bool
+    tries_last_corrected: bool
     nworker: int
     cookie: int
 
@@ -3857,10 +3872,13 @@ class OmMonitorFrame(Struct):
     double distance;  // m, median of the closest distances, or another quantile of the settings
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
-    int npoint;   // measured points on the tissue
-    int nmoved;   // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
-    int nrest;    // frames in `rest`
-    int state;    // warning state, 0 to 3; 0 before the first grasp
+    // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
+    // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
+    double part;
+    int npoint;  // measured points on the tissue
+    int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
+    int nrest;   // frames in `rest`
+    int state;   // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
@@ -3874,6 +3892,7 @@ class OmMonitorFrame(Struct):
     distance: float
     rest: float
     mu: float
+    part: float
     npoint: int
     nmoved: int
     nrest: int
@@ -4256,6 +4275,8 @@ class OmRetractUpdate(Struct):
     double estimate_ms;                     // wall time; NAN if cancelled
     // m, mu when the estimate was started, and when the twin had adopted it, or it was refused; NAN: not measured
     double mu_before, mu_after;
+    // m, the same of OmMonitorFrame.part, less its value before the grasp
+    double part_before, part_after;
 } OmRetractUpdate;"""
     stage: Choice[OmUpdateStage]
     reason: str
@@ -4272,6 +4293,8 @@ class OmRetractUpdate(Struct):
     estimate_ms: float
     mu_before: float
     mu_after: float
+    part_before: float
+    part_after: float
 
 
 class OmRetractResult(Struct):
@@ -6743,7 +6766,7 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool)], {})
-complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
@@ -6755,9 +6778,9 @@ complete(OmMatchLoad, [("spring", c_void_p), ("ngrasp", c_int), ("grasp", POINTE
 complete(OmMatchRest, [("nnewton", c_int), ("motion", c_double), ("residual", c_double), ("energy", c_double)], {})
 complete(OmAcquisition, [("scan", OmScan), ("ngrasp", c_int), ("grasp", OmMatchGrasp * 2), ("time", c_double), ("x_twin", c_void_p)], {})
 complete(OmMatchEstimate, [("nvert", c_int), ("probability", c_void_p), ("uncertainty", c_void_p), ("stiffness", c_void_p), ("attached", c_void_p), ("nacquisition", c_int), ("x", c_void_p), ("seen_share", c_double), ("moved_share", c_double), ("before_median", c_double), ("before_p90", c_double), ("after_median", c_double), ("after_p90", c_double), ("choice", c_int), ("is_accepted", c_bool), ("reason", c_char * 256), ("has_look_next", c_bool), ("look_next", OmVec3), ("fit_ms", c_double), ("infer_ms", c_double), ("check_ms", c_double), ("total_ms", c_double)], {})
-complete(OmMatchAdvice, [("probability", c_void_p), ("weight", c_double), ("nset", c_int), ("set", c_void_p * 8)], {})
+complete(OmMatchAdvice, [("probability", c_void_p), ("weight", c_double), ("nset", c_int), ("set", c_void_p * 8), ("present", c_void_p)], {})
 complete(OmMatchTrial, [("median", c_double), ("p90", c_double), ("mean", c_double), ("is_at_rest", c_bool)], {})
-complete(OmBanetUpdateDef, [("match", c_void_p), ("net", c_void_p), ("side", c_double), ("estimate", OmBanetEstimateFn), ("estimate_ctx", c_void_p), ("fuse", OmBanetFuseDef), ("threshold", c_double), ("weight", c_double), ("reach", c_double), ("ntry", c_int), ("is_corrected", c_bool), ("nworker", c_int), ("cookie", c_uint32)], {})
+complete(OmBanetUpdateDef, [("match", c_void_p), ("net", c_void_p), ("side", c_double), ("estimate", OmBanetEstimateFn), ("estimate_ctx", c_void_p), ("fuse", OmBanetFuseDef), ("threshold", c_double), ("weight", c_double), ("reach", c_double), ("ntry", c_int), ("is_corrected", c_bool), ("tries_last_corrected", c_bool), ("nworker", c_int), ("cookie", c_uint32)], {})
 complete(OmBanetAdvice, [("nvert", c_int), ("nacquisition", c_int), ("view", c_void_p), ("probability", c_void_p), ("nused", c_int), ("reason", c_char * 256), ("pairs_ms", c_double), ("network_ms", c_double), ("total_ms", c_double)], {})
 complete(OmMatchLiveDef, [("match", c_void_p), ("nfollow", c_int), ("nfit", c_int), ("fit_stiffness", c_double), ("along", c_double), ("release", c_double), ("max_distance", c_double), ("min_cosine", c_double), ("max_median", c_double), ("max_p95", c_double), ("min_paired", c_double), ("max_empty", c_double), ("nrestart", c_int), ("nworker", c_int), ("cookie", c_uint32)], {})
 complete(OmMatchPairs, [("npoint", c_int), ("tri", c_void_p), ("bary", c_void_p), ("weight", c_void_p), ("x_rest", c_void_p), ("nvert", c_int), ("x", c_void_p), ("median", c_double), ("p90", c_double), ("p95", c_double), ("paired", c_double), ("empty", c_double), ("is_restarted", c_bool), ("is_lost", c_bool), ("reason", c_char * 256), ("ms", c_double)], {})
@@ -6803,7 +6826,7 @@ complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", P
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
 complete(OmCloud, [("time", c_double), ("n", c_int), ("x", c_void_p), ("pixel", c_void_p)], {})
 complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
-complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("part", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("is_forbidden", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
@@ -6819,7 +6842,7 @@ complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", O
 complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
-complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double)], {"stage": OmUpdateStage})
+complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
 complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
 complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
@@ -7316,10 +7339,11 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_monitor_default_def": (OmMonitorDef, [POINTER(OmScene), POINTER(OmWorld), POINTER(OmSite)]),
     "om_monitor_destroy": (None, [c_void_p]),
     "om_monitor_frame": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, c_bool, POINTER(OmMonitorFrame)]),
-    "om_monitor_get_limits": (None, [c_void_p, c_void_p]),
     "om_monitor_is_due": (c_bool, [c_void_p, c_double]),
+    "om_monitor_next_part_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_reset": (None, [c_void_p]),
+    "om_monitor_settings": (POINTER(OmSceneMonitor), [c_void_p]),
     "om_monitor_sources": (c_uint, [c_void_p, POINTER(OmWorld)]),
     "om_nearest_word": (c_char_p, [c_char_p, POINTER(c_char_p), c_int]),
     "om_net_add_activation": (c_int, [c_void_p, c_int, c_int, c_float]),

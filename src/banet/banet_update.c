@@ -376,6 +376,7 @@ static void add_level(OmBanetUpdater* u, const double* probability, double odds,
 static OmStatus estimate_with(Work* w, const OmProgress* progress, OmMatchEstimate* estimate) {
     OmBanetUpdater* u = w->updater;
     OmMatchAdvice advice = {.weight = u->def.weight};
+    if (u->def.tries_last_corrected) advice.present = u->last;
     if (w->nview > 0) {
         const double* p = w->advice->probability;
         advice.probability = p;

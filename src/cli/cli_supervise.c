@@ -16,7 +16,7 @@ static void say_changes(OmCliPerson* p, const OmLoop* loop) {
     const int warning = om_loop_warning(loop);
     if (warning != p->warning)
         fprintf(stderr,
-                "%7.1f s  warning state %d: the tissue is %.1f mm from where the twin expects it\n",
+                "%7.1f s  warning state %d; the tissue is %.1f mm from where the twin expects it\n",
                 now.time, warning, 1e3 * now.mu);
     p->warning = warning;
     const int nplan = om_loop_result(loop)->nplan;

@@ -389,6 +389,7 @@ static OmStatus on_warning(void* ctx, const OmLoop* loop, int was, const OmMonit
     om_json_integer(&json, "state", om_loop_warning(loop));
     om_json_integer(&json, "before", was);
     om_json_number(&json, "mu_m", frame->mu);
+    om_json_number(&json, "part_m", om__warn_part(loop));
     om_json_number(&json, "rest_m", frame->rest);
     om_json_integer(&json, "points", frame->npoint);
     OM_TRY(om_words_warning(loop, was, frame, &a->words));

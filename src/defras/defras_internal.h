@@ -152,17 +152,19 @@ struct OmLoop {
     int nfailed_update;    // estimates in a row that ended in an error
 
     // computed by defras_warn.c
-    OmMonitorFrame frame;     // the last one
-    double monitor_limit[3];  // m
-    int warning;              // state of Alg. 5
-    int warning_action;       // largest during the current action
-    double state3_begin;      // s, since when it is 3
-    bool has_grasped;         // tissue, in this operation
-    bool is_overruled;        // a person continues in state 3
-    bool has_effect_due;      // of the last update on mu
-    double effect_time;       // s, when to measure it
-    int effect_update;        // which one
-    double learn_begin;       // s, of STAGE_LEARN
+    OmMonitorFrame frame;  // the last one
+    OmSceneMonitor monitor_settings;
+    int warning;          // state of Alg. 5, or of a part of the tissue
+    double part_rest;     // m, OmMonitorFrame.part before the present grasp
+    int part_state;       // 0 to 2
+    int warning_action;   // largest during the current action
+    double state3_begin;  // s, since when it is 3
+    bool has_grasped;     // tissue, in this operation
+    bool is_overruled;    // a person continues in state 3
+    bool has_effect_due;  // of the last update on mu
+    double effect_time;   // s, when to measure it
+    int effect_update;    // which one
+    double learn_begin;   // s, of STAGE_LEARN
 
     ForceSum force_sum;  // of defras_force.c
 
@@ -342,6 +344,7 @@ OmStatus om__loop_check_hold(OmLoop* loop);  // hold if there is an alarm
 OmStatus om__loop_end_hold(OmLoop* loop);
 
 // defras_warn.c: nothing happens without a monitor
+double om__warn_part(const OmLoop* loop);  // m, OmMonitorFrame.part less its value before the grasp
 bool om__warn_is_due(const OmLoop* loop);  // a frame, in the step that follows
 OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs);
 double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions that hold tissue

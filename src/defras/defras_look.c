@@ -25,7 +25,10 @@ bool om__look_is_due(const OmLoop* loop) {
     if (!u) return false;
     OmPlanVerb verb = loop->action.plan.verb;
     if (verb != OM_PLAN_PULL && verb != OM_PLAN_MOVE_ROI && verb != OM_PLAN_MOVE_AWAY) return false;
-    if (loop->monitor && u->def.estimate && loop->warning_action == 0) return false;
+    // An estimate under way answers a warning: its effect is awaited first.
+    const bool is_answered = u->job || loop->has_effect_due;
+    if (loop->monitor && u->def.estimate && (loop->warning_action == 0 || is_answered))
+        return false;
     double lift = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a)
         if (loop->arm[a].in_hand >= 0) lift = fmax(lift, loop->arm[a].lift);
@@ -102,6 +105,8 @@ static OmStatus begin_record(OmLoop* loop) {
                           .start = loop->time,
                           .mu_before = loop->monitor ? loop->frame.mu : (double)NAN,
                           .mu_after = NAN,
+                          .part_before = loop->monitor ? om__warn_part(loop) : (double)NAN,
+                          .part_after = NAN,
                           .nattached_before = count(attached, u->nvert)};
     om_free(attached);
     return OM_OK;

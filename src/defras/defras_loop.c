@@ -220,7 +220,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     if (loop->updater) om__updater_reset(loop->updater);
     if (loop->monitor) {
         om_monitor_reset(loop->monitor);
-        om_monitor_get_limits(loop->monitor, loop->monitor_limit);
+        loop->monitor_settings = *om_monitor_settings(loop->monitor);
     }
     *out = loop;
     return OM_OK;

@@ -10,6 +10,10 @@
 // measured cloud is partial; the rest is the mean over all frames before the first grasp, and then fixed; the state
 // falls only below its limit less the hysteresis, which the thesis does not have.
 //
+// A part of the tissue (ours): the quantile 1 - part_share of the distances between picture and twin where one of them
+// lies still, as in the last frame before the first grasp. Right attachments decide where tissue lies still; stiffness,
+// Poisson's ratio and friction change the shape of the lifted tissue, which does not count.
+//
 // Rejected: closest of simulated points, as the thesis has it. Between points 2 mm apart the distance of equal surfaces
 // is not 0 but about 1 mm, and it changes when the tissue is lifted and its points move apart. Rejected: the whole
 // boundary of the twin: a sheet measured 5 mm too low would lie on the twin's underside, at distance 0.
@@ -25,6 +29,7 @@
 #define MIN_ANGLE 1e-4   // tangent, half the smallest field of the simulated camera
 #define MOVED 0.003      // m, of a point that moved
 #define MIN_MOVED 30     // points
+#define STILL 0.0025     // m, from the place before the grasp, of a point that lies still
 #define TICK_SLACK 1e-6  // frame periods; rounding of a clock that sums its steps
 
 struct OmMonitor {
@@ -46,6 +51,7 @@ struct OmMonitor {
     unsigned char* is_visible;  // (tissue.ntri)
     double* x;                  // measured points, m (npoint x 3)
     double* distance;           // (npoint)
+    double* apart;              // distances of points where picture or twin lies still (npoint)
     // between frames
     bool has_begun, has_grasped;
     double period;     // of the last frame, counted from time 0
@@ -85,6 +91,13 @@ static OmStatus check_def(const OmMonitorDef* d) {
              "OmSceneMonitor.quantile is %g; above 0 and below 1", s->quantile);
     OM_CHECK(s->region == OM_MONITOR_TISSUE || s->region == OM_MONITOR_MOVED, OM_INVALID,
              "OmSceneMonitor.region is %d", s->region);
+    OM_CHECK(s->part_limit[0] >= 0 && s->part_limit[0] <= s->part_limit[1] &&
+                 isfinite(s->part_limit[1]) &&
+                 (s->part_limit[0] < s->part_limit[1] || s->part_limit[1] == 0),
+             OM_INVALID, "OmSceneMonitor.part_limit is %g, %g m; ascending, or both 0",
+             s->part_limit[0], s->part_limit[1]);
+    OM_CHECK(s->part_share > 0 && s->part_share < 1, OM_INVALID,
+             "OmSceneMonitor.part_share is %g; above 0 and below 1", s->part_share);
     OM_CHECK(d->nray >= 256 && d->nray <= 1 << 20, OM_INVALID, "OmMonitorDef.nray is %d; 256 to %d",
              d->nray, 1 << 20);
     OM_CHECK(d->max_age > 0, OM_INVALID, "OmMonitorDef.max_age is %g s; above 0", d->max_age);
@@ -144,6 +157,7 @@ OmStatus om_monitor_create(const OmMonitorDef* def, OmMonitor** monitor) {
     OM_ALLOC_DONE(m->is_visible, (size_t)m->tissue.ntri);
     OM_ALLOC_DONE(m->x, 3 * npoint);
     OM_ALLOC_DONE(m->distance, npoint);
+    OM_ALLOC_DONE(m->apart, npoint);
     *monitor = m;
     m = NULL;
 done:
@@ -166,12 +180,11 @@ void om_monitor_destroy(OmMonitor* m) {
     om_free(m->is_visible);
     om_free(m->x);
     om_free(m->distance);
+    om_free(m->apart);
     om_free(m);
 }
 
-void om_monitor_get_limits(const OmMonitor* m, double limit[3]) {
-    for (int k = 0; k < 3; ++k) limit[k] = m->def.settings.limit[k];
-}
+const OmSceneMonitor* om_monitor_settings(const OmMonitor* m) { return &m->def.settings; }
 
 void om_monitor_reset(OmMonitor* m) {
     m->has_begun = m->has_grasped = false;
@@ -199,6 +212,14 @@ int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu) 
     while (reached < 3 && mu > settings->limit[reached]) ++reached;
     while (state > reached && mu <= settings->limit[state - 1] - settings->hysteresis) --state;
     return state > reached ? state : reached;
+}
+
+int om_monitor_next_part_state(const OmSceneMonitor* settings, int state, double part) {
+    if (settings->part_limit[1] == 0) return 0;
+    const OmSceneMonitor limits = {
+        .limit = {settings->part_limit[0], settings->part_limit[1], HUGE_VAL},
+        .hysteresis = settings->hysteresis};
+    return om_monitor_next_state(&limits, state, part);
 }
 
 // ---- measured points --------------------------------------------------------------------------------------------
@@ -302,25 +323,48 @@ static OmStatus look(OmMonitor* m, const OmObservation* obs, const double* x_twi
     return OM_OK;
 }
 
+// Where a point of the twin's surface is in the positions x.
+static OmVec3 place_in(const OmMonitor* m, const OmSurfacePoint* q, const double* x) {
+    const int* v = &m->tissue.tri_vert[3 * q->tri];
+    OmVec3 p = om_vec3(0, 0, 0);
+    for (int k = 0; k < 3; ++k) p = om_madd(p, q->bary[k], om_load3(x, v[k]));
+    return p;
+}
+
 // Has a measured point, or the twin's point q closest to it, moved since before the grasp?
 static bool has_moved(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
-    const int* v = &m->tissue.tri_vert[3 * q->tri];
-    OmVec3 rest = om_vec3(0, 0, 0);
-    for (int k = 0; k < 3; ++k) rest = om_madd(rest, q->bary[k], om_load3(m->rest_x, v[k]));
+    OmVec3 rest = place_in(m, q, m->rest_x);
     if (om_distance(rest, q->x) > MOVED) return true;
     if (om_distance(rest, p) <= MOVED) return false;  // `rest` lies on the surface of the tree
     return !om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL);
 }
 
-// The distances of all points, or of the points that moved; returns how many.
-static int find_distances(OmMonitor* m, int npoint, bool is_moved_only) {
+// How far picture and twin are apart where one of them lies still, otherwise 0: the lift of the twin's material above
+// the measured point p where p lies still, or the distance of a moved p from its closest point q of the twin if q
+// lies still.
+static double find_apart(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
+    OmSurfacePoint still;
+    if (!om_surface_tree_find(m->rest_tree, p, NULL, STILL, &still))
+        return om_distance(place_in(m, q, m->rest_x), q->x) < STILL ? q->distance : 0;
+    const int* v = &m->tissue.tri_vert[3 * still.tri];
+    OmVec3 a = om_load3(m->rest_x, v[0]);
+    OmVec3 ab = om_sub(om_load3(m->rest_x, v[1]), a), ac = om_sub(om_load3(m->rest_x, v[2]), a);
+    OmVec3 lift = om_sub(place_in(m, &still, m->tissue.x), p);
+    return fmax(0, om_dot(lift, om_normalize(om_cross(ab, ac))));
+}
+
+// The distances of all points, or of the points that moved; returns how many. *part: see OmMonitorFrame.
+static int find_distances(OmMonitor* m, int npoint, bool is_moved_only, double* part) {
     int n = 0;
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
         OmVec3 p = om_load3(m->x, i);
         om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
+        m->apart[i] = find_apart(m, p, &q);
         if (!is_moved_only || has_moved(m, p, &q)) m->distance[n++] = q.distance;
     }
+    om_sort_doubles(m->apart, npoint);
+    *part = om_quantile(m->apart, npoint, 1 - m->def.settings.part_share);
     om_sort_doubles(m->distance, n);
     return n;
 }
@@ -370,7 +414,7 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
     const OmSceneMonitor* settings = &m->def.settings;
     bool is_moved_only = has_grasped && settings->region == OM_MONITOR_MOVED;
-    int n = find_distances(m, f->npoint, is_moved_only);
+    int n = find_distances(m, f->npoint, is_moved_only, &f->part);
     f->nmoved = is_moved_only ? n : 0;
     bool is_enough = !is_moved_only || n >= MIN_MOVED;
     f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;

@@ -383,6 +383,8 @@ static void write_updates(OmJson* json, const OmRetractResult* r) {
         om_json_number(json, "estimate_ms", u->estimate_ms);
         om_json_number(json, "mu_before_m", u->mu_before);
         om_json_number(json, "mu_after_m", u->mu_after);
+        om_json_number(json, "part_before_m", u->part_before);
+        om_json_number(json, "part_after_m", u->part_after);
         om_json_close(json, '}');
     }
     om_json_close(json, ']');

@@ -4,13 +4,15 @@
 
 static void add_counts(OmReport* report, const OmSceneMonitor* m, const OmRetractResult* r) {
     char text[512];
-    snprintf(text, sizeof text,
-             "%d frames of the depth camera were compared with the twin. While tissue was held the "
-             "median distance rose by up to %.1f mm above its value before the grasp. The warning "
-             "state rose to 1 (above %.3g mm: half speed) %d times, to 2 (above %.3g mm: stop, "
-             "learn, plan again) %d times, to 3 (above %.3g mm: a person decides) %d times.",
-             r->nmonitor, 1e3 * r->mu_max, 1e3 * m->limit[0], r->nwarning[0], 1e3 * m->limit[1],
-             r->nwarning[1], 1e3 * m->limit[2], r->nwarning[2]);
+    snprintf(
+        text, sizeof text,
+        "%d frames of the depth camera were compared with the twin. While tissue was held the "
+        "median distance rose by up to %.1f mm above its value before the grasp. The warning "
+        "state rose to 1 (above %.3g mm: half speed) %d times, to 2 (above %.3g mm: stop, "
+        "learn, plan again) %d times, to 3 (above %.3g mm: a person decides) %d times; to 1 and 2 "
+        "also where a part of the tissue did not follow a pull as expected.",
+        r->nmonitor, 1e3 * r->mu_max, 1e3 * m->limit[0], r->nwarning[0], 1e3 * m->limit[1],
+        r->nwarning[1], 1e3 * m->limit[2], r->nwarning[2]);
     om_report_paragraph(report, text);
 }
 

@@ -121,6 +121,7 @@ static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Set
     if (s->net) {
         OmBanetUpdateDef banet = om_banet_update_default_def(s->match);
         banet.net = s->net;
+        banet.tries_last_corrected = true;
         OM_TRY(om_banet_updater_create(&banet, &s->banet));
         update.estimate = om_update_estimate_by_banet;
         update.estimate_ctx = s->banet;

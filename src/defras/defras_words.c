@@ -266,8 +266,10 @@ OmStatus om_words_warning(const OmLoop* loop, int was, const OmMonitorFrame* f, 
         OM_TRY(om_text_append(t, "Warning %d ends", was));
     else
         OM_TRY(om_text_append(t, "Warning %d, after %d", now, was));
-    OM_TRY(om_text_append(t, ": the tissue is %.1f mm from where the model expects it. ",
-                          1e3 * f->mu));
+    const bool is_part = loop->part_state > f->state;
+    OM_TRY(om_text_append(t, ": %s is %.1f mm from where the model expects it. ",
+                          is_part ? "a part of the tissue" : "the tissue",
+                          1e3 * (is_part ? om__warn_part(loop) : f->mu)));
     return om_text_append(t, "%s.", act[now < 0 || now > 3 ? 3 : now]);
 }
 

@@ -110,7 +110,7 @@ static OmStatus add_evidence(MatchEvidence* j, int a) {
     double* x = j->x + (size_t)a * 3 * (size_t)j->match->view.mesh->nvert;
     OmMatch* m = j->match;
     const OmAcquisition* acq = &j->acq[a];
-    const double* rest = m->view.mesh->x;
+    const double *rest = m->view.mesh->x, *before = j->x_before + (x - j->x);
     OM_TRY(find_status(j, &acq->scan));
     set_springs(j);
     OM_TRY(om__match_fit(&j->trier->fit, acq, j->spring, x));
@@ -135,6 +135,9 @@ static OmStatus add_evidence(MatchEvidence* j, int a) {
         else if (j->status[i] == RESTING && j->ratio[i] >= 0)
             j->ratio[i] += STAYED / nsame * m->area[i] / j->area;
         j->moved[i] |= has_moved && is_seen;
+        j->went[i] |= is_left || has_moved;
+        double believed = om_distance(om_load3(before, v), om_load3(rest, v));
+        j->stayed[i] |= j->status[i] == RESTING && believed > m->def.moved;
     }
     om_point_tree_destroy(tree);
     return OM_OK;
@@ -159,7 +162,10 @@ OmStatus om__match_evidence_begin(MatchTrier* trier, MatchEvidence* j) {
     j->ratio = om_calloc(n, sizeof *j->ratio);
     j->seen = om_calloc(n, 1);
     j->moved = om_calloc(n, 1);
-    return j->ratio && j->seen && j->moved ? OM_OK : OM_NO_MEMORY;
+    j->stayed = om_calloc(n, 1);
+    j->went = om_calloc(n, 1);
+    const bool is_whole = j->ratio && j->seen && j->moved && j->stayed && j->went;
+    return is_whole ? OM_OK : OM_NO_MEMORY;
 }
 
 void om__match_evidence_done(MatchEvidence* j) {
@@ -171,6 +177,8 @@ void om__match_evidence_done(MatchEvidence* j) {
     om_free(j->ratio);
     om_free(j->seen);
     om_free(j->moved);
+    om_free(j->stayed);
+    om_free(j->went);
 }
 
 // The twin of an acquisition as believed: where the caller does not give it, at rest with the attachments of the site.

@@ -100,6 +100,8 @@ typedef struct MatchEvidence {  // om__match_evidence_done frees
     double* facing_x;  // rest positions of surface vertices that face the camera
     int* nearest;      // surface vertex of each candidate that the camera sees over it
     unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
+    unsigned char* stayed;  // ... where the twin as believed moved, by any acquisition
+    unsigned char* went;    // moved, or their place is empty, by any acquisition
 } MatchEvidence;
 
 OmStatus om__match_evidence_begin(MatchTrier* trier, MatchEvidence* evidence);

@@ -317,6 +317,13 @@ static const OmYamlField monitor_field[] = {
     {"region", OM_YAML_ENUM, AT(OmSceneMonitor, region), .name = region_name,
      .help =
          "points compared: of all tissue, or only points that moved in the picture or in the twin"},
+    {"part_limits_mm", OM_YAML_NUMBERS, AT(OmSceneMonitor, part_limit), .min = 0, .max = 100,
+     .scale = MM, .capacity = 2, .unit = "mm",
+     .help =
+         "lift of a part of the tissue that twin or picture does not have, above which the state in "
+         "a pull is 1 and 2; ascending; [0, 0]: parts are not watched"},
+    {"part_share", OM_YAML_DOUBLE, AT(OmSceneMonitor, part_share), .min = 0.001, .max = 0.5,
+     .help = "share of the measured points that makes a part"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 

@@ -75,7 +75,9 @@ OmScene om_scene_default(void) {
                                  .hysteresis = 0.5 * MM,
                                  .rate = 30,
                                  .npoint = 1000,
-                                 .quantile = 0.5};
+                                 .quantile = 0.5,
+                                 .part_limit = {4 * MM, 8 * MM},
+                                 .part_share = 0.02};
     return s;
 }
 
@@ -110,6 +112,12 @@ static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(s->monitor.hysteresis < limit[0], OM_INVALID,
              "%s: monitor: hysteresis_mm %g must be below the first limit, %g", name,
              1e3 * s->monitor.hysteresis, 1e3 * limit[0]);
+    const double* part = s->monitor.part_limit;
+    OM_CHECK(part[0] < part[1] || (part[0] == 0 && part[1] == 0), OM_INVALID,
+             "%s: monitor: part_limits_mm must ascend, or both be 0", name);
+    OM_CHECK(part[0] == 0 || s->monitor.hysteresis < part[0], OM_INVALID,
+             "%s: monitor: hysteresis_mm %g must be below the first of part_limits_mm, %g", name,
+             1e3 * s->monitor.hysteresis, 1e3 * part[0]);
     const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
     for (int i = 0; i < 2; ++i) {
         OmVec3 c = *cells[i];

@@ -378,6 +378,50 @@ static void moved_points_alone_may_be_compared(void** state) {
     table_destroy(&t);
 }
 
+// The quantile 1 - share of the lift at all pixels; `x` of the twin or of the picture, whichever is lifted.
+static double lift_of_pixels(const Table* t, double share, double height, bool is_picture) {
+    static double lift[W * H];
+    int n = 0;
+    const double top = t->scene.tissue.size.z;
+    for (int i = 0; i < W * H; ++i) {
+        if (!(t->depth[i] > 0)) continue;
+        OmVec3 p = point_of(t, i);
+        lift[n++] = is_picture ? p.z - top : height * fmax(0, -(p.x + p.y) / 0.12);
+    }
+    qsort(lift, (size_t)n, sizeof *lift, compare);
+    return lift[(int)((1 - share) * n)];
+}
+
+// A corner lifted by the picture or by the twin alone is a part of this lift; lifted by both it is none.
+static void a_part_is_lifted_where_the_other_lies_still(void** state) {
+    (void)state;
+    Table t;
+    table_create(&t);
+    double* x = malloc(3 * (size_t)t.site.mesh.nvert * sizeof *x);
+    table_see_moved(&t, 0);
+    OmMonitorFrame f = table_frame(&t, false);
+    assert_below(f.part, 1e-6);
+    lift_corner(&t, 0.02, t.x);
+    f = table_frame(&t, true);
+    double lo = lift_of_pixels(&t, 0.03, 0.02, false), hi = lift_of_pixels(&t, 0.01, 0.02, false);
+    printf("twin lifted: part %.2f mm, 1 to 3 %% of the pixels %.2f to %.2f\n", 1e3 * f.part,
+           1e3 * lo, 1e3 * hi);
+    assert_true(lo > 0.006 && f.part > lo && f.part < hi);
+    assert_below(fabs(f.mu), 1e-3);
+    lift_corner(&t, 0.02, x);
+    table_see(&t, x);
+    f = table_frame(&t, true);
+    assert_below(f.part, 1e-6);
+    memcpy(t.x, t.site.mesh.x, 3 * (size_t)t.site.mesh.nvert * sizeof *t.x);
+    f = table_frame(&t, true);
+    lo = lift_of_pixels(&t, 0.03, 0.02, true), hi = lift_of_pixels(&t, 0.01, 0.02, true);
+    printf("picture lifted: part %.2f mm, 1 to 3 %% of the pixels %.2f to %.2f\n", 1e3 * f.part,
+           1e3 * lo, 1e3 * hi);
+    assert_true(lo > 0.006 && f.part > lo && f.part < hi);
+    free(x);
+    table_destroy(&t);
+}
+
 // The twin's far half lies folded 10 mm above its near half; the near half is measured. It is hidden in the twin.
 static void hidden_tissue_of_the_twin_does_not_count(void** state) {
     (void)state;
@@ -540,6 +584,25 @@ static void states_are_those_of_the_algorithm(void** state) {
         if (to != row[i].to)
             fail_msg("from %d at %.3f mm: %d, expected %d", row[i].from, row[i].mu, to, row[i].to);
     }
+}
+
+static void states_of_a_part_end_at_two(void** state) {
+    (void)state;
+    OmSceneMonitor s = om_scene_default().monitor;
+    static const struct {
+        int from;
+        double part;
+        int to;
+    } row[] = {{0, -1, 0},  {0, 4, 0},   {0, 4.001, 1}, {0, 8, 1},   {0, 8.001, 2}, {0, 99, 2},
+               {1, 3.6, 1}, {1, 3.4, 0}, {2, 7.6, 2},   {2, 7.4, 1}, {2, 3.6, 1},   {2, 3.4, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; ++i) {
+        int to = om_monitor_next_part_state(&s, row[i].from, 1e-3 * row[i].part);
+        if (to != row[i].to)
+            fail_msg("from %d at %.3f mm: %d, expected %d", row[i].from, row[i].part, to,
+                     row[i].to);
+    }
+    s.part_limit[0] = s.part_limit[1] = 0;
+    assert_int_equal(om_monitor_next_part_state(&s, 0, 0.1), 0);
 }
 
 // Ticks of 20 ms: tick i is in the frame period 3 i / 5, by integers.
@@ -780,11 +843,13 @@ int main(void) {
         cmocka_unit_test(a_shift_before_the_grasp_is_in_the_rest),
         cmocka_unit_test(the_distance_is_that_of_brute_force),
         cmocka_unit_test(moved_points_alone_may_be_compared),
+        cmocka_unit_test(a_part_is_lifted_where_the_other_lies_still),
         cmocka_unit_test(hidden_tissue_of_the_twin_does_not_count),
         cmocka_unit_test(tissue_behind_the_organ_does_not_count),
         cmocka_unit_test(nothing_seen_changes_nothing),
         cmocka_unit_test(wrong_input_is_refused),
         cmocka_unit_test(states_are_those_of_the_algorithm),
+        cmocka_unit_test(states_of_a_part_end_at_two),
         cmocka_unit_test(frames_are_due_once_a_period),
         cmocka_unit_test(the_twin_is_seen_behind_the_measured_tools),
         cmocka_unit_test(points_at_a_tool_do_not_count),

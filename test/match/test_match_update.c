@@ -215,6 +215,21 @@ static void test_sets(void** state) {
     assert_true(right.median <= right.p90 && right.mean <= 0.005);
     assert_int_equal(om_match_try(rig.match, 0, NULL, truth, x, &none), OM_INVALID);
     om_match_estimate_done(&e);
+    // A twin attached everywhere, and advice that agrees: the corrected set is taken, in which tissue that moved is
+    // free.
+    for (size_t v = 0; v < nvert; ++v) p[v] = 0.98;
+    advice = (OmMatchAdvice){.probability = p, .weight = 1, .present = all};
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e));
+    int nattached = 0, ntrue = 0;
+    for (size_t v = 0; v < nvert; ++v)
+        nattached += e.attached[v] != 0, ntrue += e.attached[v] && truth[v];
+    printf("corrected: choice %d, %d attached, %d of them in truth\n", e.choice, nattached, ntrue);
+    assert_true(e.is_accepted && e.choice == 2);
+    assert_int_equal(e.attached[view_vertex(&rig, om_vec3(0.05, 0.05, 0))], 0);
+    int nall = 0;
+    for (size_t v = 0; v < nvert; ++v) nall += truth[v];
+    assert_true(ntrue > 0.9 * nall);
+    om_match_estimate_done(&e);
     free(truth);
     free(all);
     free(free_set);
