@@ -2,8 +2,8 @@
 //
 // The stages are those of a user's own case, and each writes what the verb of that stage writes: ct.nrrd, labels.nrrd
 // (om_ct_make, om_ct_label), model/ (omentum model --over), scene.yaml, plan/ (omentum preplan), run/ (omentum retract
-// --defras --plan). The tissue is held on the side away from the endoscope; the robot believes that a part of it is.
-// Nothing is arranged beyond anatomy, belief and seeds: if no warning comes up, the page says so.
+// --defras --plan). The tissue is held along its left side; the robot believes that it is held on the side away from
+// the endoscope. Nothing is arranged beyond anatomy, belief and seeds: if no warning comes up, the page says so.
 #include <math.h>
 #include <string.h>
 
@@ -16,6 +16,7 @@
 // Of a run's folder: a demo of an older version held one.
 #define FOLDER_KIND "retraction run"
 #define SEED 5
+#define ATTACHED "underside:left 25 %"
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for the report", "omentum-demo"},
@@ -90,7 +91,7 @@ static OmStatus make_model(Demo* d) {
     def.over.roi = OM_CT_TUMOUR;
     def.over.reach = 3.5e-3;  // blur makes the label of the tumour too small
     def.nworker = d->nworker;
-    OM_TRY(om_model_parse_attach("underside:superior 35 %", &def.over.attach[def.over.nattach++]));
+    OM_TRY(om_model_parse_attach(ATTACHED, &def.over.attach[def.over.nattach++]));
     OM_TRY(om_model_build_volume(&def, &d->labels, om_cli_progress(d->is_quiet), &d->patient,
                                  &d->model));
     OM_TRY(make_path(d, "model", path, sizeof path));
@@ -109,7 +110,9 @@ static OmStatus make_scene(Demo* d) {
     snprintf(s->tissue.file, sizeof s->tissue.file, "model/patient.yaml");
     s->tissue.view = om_vec3(0, 0, -1);
     s->attach.kind = OM_ATTACH_SET;
-    s->believed.ratio = 0.35;
+    s->believed.kind = OM_BELIEF_BOX;
+    s->believed.lo = om_vec3(0.012, -0.1, -0.1);  // the side away from the endoscope
+    s->believed.hi = om_vec3(0.1, 0.1, 0.1);
     s->task.grasp_radius = 7e-3;
     s->monitor.is_enabled = s->update.is_enabled = true;
     snprintf(s->update.network, sizeof s->update.network, "installed");
@@ -320,7 +323,7 @@ static OmStatus add_stages(OmReport* page, const Demo* d) {
         text, sizeof text,
         "The fat became %d tetrahedra (smallest dihedral angle %.0f degrees, volume %+.1f %% of "
         "the label), the organ a surface below it, the tumour the region to expose (ROI). The "
-        "fat is held at %d vertices where it meets the organ, on the side away from the endoscope.",
+        "fat is held at %d vertices where it meets the organ, along its left side.",
         d->model.quality.ntet, d->model.quality.dihedral_min * 180 / OM_PI,
         100 * d->model.label_error, om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert);
     om_report_paragraph(page, text);
@@ -328,10 +331,10 @@ static OmStatus add_stages(OmReport* page, const Demo* d) {
     om_report_heading(page, "3. The plan before the operation");
     snprintf(
         text, sizeof text,
-        "A CT does not show where fat is attached. The robot believes in %.0f %% of the vertices that "
-        "hold it in truth. With this belief it tried %d grasping points in its simulation, the twin, "
-        "and found: %s.",
-        100 * d->scene.believed.ratio, d->plan.ntried, d->plan.reason);
+        "A CT does not show where fat is attached. The robot believes that it is held on the side away "
+        "from the endoscope, which is wrong. With this belief it tried %d grasping points in its "
+        "simulation, the twin, and found: %s.",
+        d->plan.ntried, d->plan.reason);
     om_report_paragraph(page, text);
     OM_TRY(om_preplan_add_maps(&d->plan, page));
     return add_run(page, d);
@@ -364,9 +367,9 @@ static void print_result(const Demo* d) {
         "CT: %d x %d x %d voxels; labels by thresholds, Dice: fat %.3f, organ %.3f, tumour %.3f\n",
         d->ct.grid.dim[0], d->ct.grid.dim[1], d->ct.grid.dim[2], d->dice[OM_CT_FAT],
         d->dice[OM_CT_ORGAN], d->dice[OM_CT_TUMOUR]);
-    printf("model: %d tetrahedra, held at %d vertices; the robot believes in %.0f %% of them\n",
-           r->twin_ntet, om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert,
-           100 * d->scene.believed.ratio);
+    printf(
+        "model: %d tetrahedra, held at %d vertices on the left; the robot believes on the far side\n",
+        r->twin_ntet, om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert);
     printf("plan before the operation: %s\n", d->plan.reason);
     printf("demo: %s\n", r->reason);
     printf("  ROI visible: %.0f %% at the start, %.0f %% at the end (in the truth %.0f %%)\n",
