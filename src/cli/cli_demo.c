@@ -300,6 +300,14 @@ static OmStatus add_run(OmReport* page, const Demo* d) {
             "twin expected it. The twin adopted %d new estimates of its attachments.",
             1e3 * r->mu_max, count_adopted(r));
     om_report_paragraph(page, text);
+    if (r->nupdate > 0 && isfinite(r->update[0].part_before)) {
+        snprintf(
+            text, sizeof text,
+            "The first update came after %.1f s: a part of the tissue was %.1f mm from where the "
+            "twin expected it, while most of it lay still.",
+            r->update[0].start, 1e3 * r->update[0].part_before);
+        om_report_paragraph(page, text);
+    }
     OM_TRY(add_charts(page, d));
     OM_TRY(add_file(page, d, "run/attached_before.png",
                     "What the robot believed before: attached where blue, seen from below"));

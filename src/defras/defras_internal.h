@@ -347,6 +347,7 @@ OmStatus om__loop_end_hold(OmLoop* loop);
 double om__warn_part(const OmLoop* loop);  // m, OmMonitorFrame.part less its value before the grasp
 bool om__warn_is_due(const OmLoop* loop);  // a frame, in the step that follows
 OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs);
+void om__warn_end(OmLoop* loop);           // at the end of the loop: the effect of the last update
 double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions that hold tissue
 bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
 void om__warn_note_update(OmLoop* loop, bool is_adopted);

@@ -117,6 +117,8 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
     return was == loop->warning ? OM_OK : om__loop_notify_warning(loop, was);
 }
 
+void om__warn_end(OmLoop* loop) { measure_update(loop, true); }
+
 double om__warn_rate(const OmLoop* loop) { return loop->warning >= 1 ? 0.5 : 1.0; }
 
 // ---- learning -------------------------------------------------------------------------------------------------
