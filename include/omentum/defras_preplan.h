@@ -56,7 +56,7 @@ typedef struct OmPreplanPoint {  // a grasping point and the best that it reache
     int naction;        // as the loop counts: reach, grasp, each pull, each fold
     int nstep;          // of the twin, of all sequences tried
     int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
-    int ntwin_exposed;  // of these, in which the ROI was exposed at the end
+    int ntwin_exposed;  // of these, in which the ROI was exposed at the end, the distance below that of state 3
     // m: largest distance, median of the surface, from the believed twin at the same step
     double spread;
     int warning;        // state of Alg. 5 that this distance would raise, 0 to 3

@@ -177,7 +177,8 @@ static void add_result(const Robust* r) {
         const Again* a = &r->again[i];
         OmPreplanPoint* p = a->point;
         ++p->ntwin;
-        p->ntwin_exposed += a->is_held && a->is_exposing;
+        const bool is_stopped = a->spread > r->scene->monitor.limit[2];  // for a person
+        p->ntwin_exposed += a->is_held && a->is_exposing && !is_stopped;
         p->spread = fmax(p->spread, a->spread);
         if (p->force >= 0) p->force_most = fmax(p->force_most, a->force);
         for (int k = 0; k < 3; ++k)
