@@ -22,7 +22,10 @@ typedef struct OmAheadDef {
     const OmScene* scene;  // borrowed until destroy: task and endoscope
     const OmSite* site;    // of the twin; borrowed until destroy
     int npoint;  // points tried for one plan, at most; default: the task's `ahead`, or 3 where this is 0
-    int max_step;  // steps of the twin for one plan; default 3000
+    int max_step;  // steps of the twin for one plan; default 5000
+    // A point that exposes the ROI is repeated in a twin of half the modulus. If the ROI stays hidden there, the point
+    // counts only if no other point is confirmed. Default true.
+    bool is_repeated;
 } OmAheadDef;
 
 OM_API OmAheadDef om_ahead_default_def(const OmScene* scene, const OmSite* site);

@@ -3655,13 +3655,17 @@ class OmAheadDef(Struct):
     const OmScene* scene;  // borrowed until destroy: task and endoscope
     const OmSite* site;    // of the twin; borrowed until destroy
     int npoint;  // points tried for one plan, at most; default: the task's `ahead`, or 3 where this is 0
-    int max_step;  // steps of the twin for one plan; default 3000
+    int max_step;  // steps of the twin for one plan; default 5000
+    // A point that exposes the ROI is repeated in a twin of half the modulus, and counts only if the ROI is exposed there,
+    // too; if no point that was tried is, such a point counts nevertheless. Default true.
+    bool is_repeated;
 } OmAheadDef;"""
     cookie: int
     scene: Any
     site: Any
     npoint: int
     max_step: int
+    is_repeated: bool
 
 
 class OmPsm(Struct):
@@ -4045,7 +4049,7 @@ class OmPreplanPoint(Struct):
     int naction;        // as the loop counts: reach, grasp, each pull, each fold
     int nstep;          // of the twin, of all sequences tried
     int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
-    int ntwin_exposed;  // of these, in which the ROI was exposed at the end
+    int ntwin_exposed;  // of these, in which the ROI was exposed at the end, the distance below that of state 3
     // m: largest distance, median of the surface, from the believed twin at the same step
     double spread;
     int warning;        // state of Alg. 5 that this distance would raise, 0 to 3
@@ -6813,7 +6817,7 @@ complete(OmPressReport, [("tissue", OmTissueReport), ("nsolve", c_int), ("ncolum
 complete(OmCalibrationPath, [("name", c_char_p), ("kind", c_int), ("point", OmVec3), ("direction", OmVec3), ("along", OmVec3), ("radius", c_double), ("probe", c_void_p), ("method", c_int), ("contact_ntri", c_int), ("friction", c_double), ("speed", c_double), ("time_step", c_double), ("settle", c_double), ("nlevel", c_int), ("level", c_void_p)], {"kind": OmCalibrationPathKind, "method": OmPressMethod})
 complete(OmCalibrationSeen, [("path", c_int), ("level", c_int), ("landmark", c_int), ("x", OmVec3)], {})
 complete(OmCalibrationTissueDef, [("build", OmCalibrationBuildFn), ("ctx", c_void_p), ("contact", POINTER(OmContactDef)), ("npath", c_int), ("path", POINTER(OmCalibrationPath)), ("nlandmark", c_int), ("landmark", POINTER(c_char_p)), ("rest", c_void_p), ("nobservation", c_int), ("observation", POINTER(OmCalibrationSeen)), ("force_scale", c_double), ("ncloud_point", c_int), ("cloud_point", c_void_p), ("cookie", c_uint32)], {})
-complete(OmAheadDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("npoint", c_int), ("max_step", c_int)], {})
+complete(OmAheadDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("npoint", c_int), ("max_step", c_int), ("is_repeated", c_bool)], {})
 complete(OmPsm, [("pose_world_rcm", OmPose), ("wrist", c_double), ("q_min", c_double * 6), ("q_max", c_double * 6), ("jaw_min", c_double), ("jaw_max", c_double)], {})
 complete(OmPsmCapsule, [("a", OmVec3), ("b", OmVec3), ("radius", c_double)], {})
 complete(OmArmObservation, [("time", c_double), ("tip", OmPose), ("q", c_double * 6), ("jaw", c_double), ("jaw_speed", c_double), ("jaw_goal", c_double), ("is_moving", c_bool), ("has_wrench", c_bool), ("force", OmVec3), ("torque", OmVec3)], {})

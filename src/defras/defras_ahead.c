@@ -7,6 +7,11 @@
 // Tissue in hand is released first, and falls for FALL_TIME; attachments that are being adopted arrive meanwhile. A
 // plan that continues with tissue in hand is left alone.
 //
+// A point that exposes the ROI is repeated in a twin of half the modulus, from the same state: a layer of linear
+// elements is too stiff in bending, and a fold that needs this stiffness does not tip over in the world. A point that
+// is not confirmed counts as hidden while the program names further points, and exposes the ROI nevertheless if none of
+// them is confirmed.
+//
 // Rejected: trying three points in each case. The program takes the nearest point that is not known to fail, so the
 // second and third do not change the plan where the first exposes the ROI.
 #include "omentum/defras_ahead.h"
@@ -16,13 +21,18 @@
 
 #define AHEAD_COOKIE 0xa4ead0
 #define AHEAD_POINTS 3
-#define AHEAD_STEPS 3000
+#define AHEAD_STEPS 5000
+#define SOFT 0.5  // modulus of the other twin, as in defras_robust.c
 
 struct OmAhead {
     OmAheadDef def;
     Attempt attempt;       // owns view and lifted; body and grid are the loop's
     void *now, *released;  // snapshots of the twin
     void* adoption;        // of the loop's adoption, null before the first use
+    OmSite soft_site;      // the site with another modulus; its arrays are the site's
+    OmBody* soft;          // of soft_site, null: points are not repeated
+    Trace trace[2];        // of the last attempt
+    int fragile[OM_PLAN_MAX_BLOCK], nfragile;  // blocks that expose the ROI in the twin alone
 };
 
 OmAheadDef om_ahead_default_def(const OmScene* scene, const OmSite* site) {
@@ -30,7 +40,8 @@ OmAheadDef om_ahead_default_def(const OmScene* scene, const OmSite* site) {
                         .scene = scene,
                         .site = site,
                         .npoint = scene && scene->task.ahead > 0 ? scene->task.ahead : AHEAD_POINTS,
-                        .max_step = AHEAD_STEPS};
+                        .max_step = AHEAD_STEPS,
+                        .is_repeated = true};
 }
 
 static OmStatus check_def(const OmAheadDef* def, const OmBody* twin) {
@@ -56,6 +67,11 @@ OmStatus om_ahead_create(const OmAheadDef* def, const OmBody* twin, OmAhead** ou
     a->attempt.lifted = om_alloc(1, size);
     if (status >= 0 && (!a->now || !a->released || !a->attempt.lifted)) status = OM_NO_MEMORY;
     for (int k = 0; k < OM_MAX_ARM; ++k) a->attempt.psm[k] = om_world_place_psm(def->site, k);
+    a->attempt.trace = a->trace;
+    a->soft_site = *def->site;
+    a->soft_site.young *= SOFT;
+    if (status >= 0 && def->is_repeated)
+        status = om_body_create(def->scene, &a->soft_site, 1, &a->soft);
     if (status < 0) {
         om_ahead_destroy(a);
         return status;
@@ -71,6 +87,8 @@ void om_ahead_destroy(OmAhead* a) {
     om_free(a->now);
     om_free(a->released);
     om_free(a->adoption);
+    om_body_destroy(a->soft);
+    for (int k = 0; k < 2; ++k) om__trace_done(&a->trace[k]);
     om_free(a);
 }
 
@@ -124,6 +142,35 @@ static void prepare(OmAhead* a, OmLoop* loop) {
     for (int k = 0; k < OM_MAX_ARM; ++k) t->q[k] = loop->arm[k].q;
 }
 
+// The path of the last attempt, in the other twin: is the ROI exposed at its end, or after the last motion continues?
+static OmStatus repeat(OmAhead* a, OmLoop* loop, int arm, int block, OmPlanVerb fold, int* nstep,
+                       bool* exposes) {
+    Attempt soft = a->attempt;
+    OmVisibility v;
+    double force;
+    int nheld;
+    soft.body = a->soft;
+    *exposes = false;
+    om_body_restore(a->soft, a->released);
+    const OmVec3 p = om_load3(om_body_x(a->soft), loop->grid.vert[block]);
+    OmStatus status = om_body_grasp(a->soft, arm, (OmPose){p, loop->grid.task.q},
+                                    loop->task.grasp_radius, &nheld);
+    if (status == OM_INVALID) return OM_OK;  // all tissue in reach is attached
+    OM_TRY(status);
+    for (int k = 0; k < a->trace[0].n; ++k)
+        OM_TRY(om__attempt_step(&soft, arm, a->trace[0].tip[k], &force));
+    *nstep += a->trace[0].n;
+    OM_TRY(om_view_look(soft.view, om_body_x(a->soft), &v));
+    *exposes = v.nseen >= loop->task.visibility * v.npoint;
+    if (*exposes) return OM_OK;
+    return om__attempt_continue(&soft, fold, arm, &a->trace[0], om_vec3(0, 0, 0), exposes, nstep);
+}
+
+static void set_exposure(OmLoop* loop, int block, bool exposes) {
+    loop->exposure[block].exposes = exposes;
+    loop->situation.exposure[block] = loop->exposure[block];
+}
+
 // The result of a point becomes a fact. False: the budget ended first, and nothing is known.
 static OmStatus try_point(OmAhead* a, OmLoop* loop, int arm, int block, int* nstep,
                           bool* is_known) {
@@ -139,23 +186,43 @@ static OmStatus try_point(OmAhead* a, OmLoop* loop, int arm, int block, int* nst
     const int most = (int)ceil(loop->task.max_height / loop->task.pull_step - 1e-9);
     int npull = r.npull < 1 ? 1 : r.npull > most ? most : r.npull;
     loop->exposure[block] = (OmExposure){true, r.exposes, npull, r.fold};
-    loop->situation.exposure[block] = loop->exposure[block];
+    set_exposure(loop, block, r.exposes);
     ++loop->result.nahead;
+    if (!r.exposes || !a->soft) return OM_OK;
+    bool exposes;
+    OM_TRY(repeat(a, loop, arm, block, r.fold, nstep, &exposes));
+    if (!exposes) a->fragile[a->nfragile++] = block;
+    set_exposure(loop, block, exposes);
     return OM_OK;
 }
 
+// Points that the other twin does not confirm hide the ROI, for this plan, if another point exposes it in both;
+// otherwise they are the best that is known.
+static void judge_fragile(OmAhead* a, OmLoop* loop, bool has_better) {
+    for (int i = 0; i < a->nfragile; ++i) {
+        const int b = a->fragile[i];
+        if (has_better)
+            loop->exposure[b].is_known = false;  // of the loop; the situation keeps it hidden
+        else
+            set_exposure(loop, b, true);
+    }
+}
+
 static OmStatus try_points(OmAhead* a, OmLoop* loop, int* nstep) {
-    bool is_released = false, is_known = true;
+    bool is_released = false, is_known = true, has_better = false;
+    a->nfragile = 0;
     for (int k = 0; k < a->def.npoint && is_known; ++k) {
         OmPlan plan;
         OmStatus status = om_planner_solve(loop->planner, &loop->situation, &plan);
         if (status < 0) return status;
         const int block = plan.grasp_block;
-        if (status != OM_OK || block < 0 || loop->exposure[block].is_known) return OM_OK;
+        if (status != OM_OK || block < 0 || loop->exposure[block].is_known) break;
         if (!is_released) OM_TRY(release(a, loop, nstep));
         is_released = true;
         OM_TRY(try_point(a, loop, plan.grasp_arm, block, nstep, &is_known));
+        has_better |= is_known && loop->exposure[block].exposes;
     }
+    judge_fragile(a, loop, has_better);
     return OM_OK;
 }
 

@@ -22,6 +22,9 @@ typedef struct Try {
     int npull, naction;       // of the sequence
     int nstep;                //
     int ntrace;               // of these, in the sequence
+    int fold_step;            // of these, before the fold
+    bool has_fold_from;       // a fold that was begun continues
+    OmVec3 fold_from;         // task frame, m
     bool is_cut;              // the limit of steps is reached
 } Try;
 
@@ -34,6 +37,17 @@ static OmStatus look(Try* t) {
     return OM_OK;
 }
 
+OmStatus om__attempt_step(const Attempt* a, int arm, OmVec3 tip, double* force) {
+    OmBodyReport report;
+    OmBodyForces forces;
+    OM_TRY(om_body_move(a->body, arm, (OmPose){tip, a->grid->task.q}));
+    OmStatus status = om_body_step(a->body, a->task->time_step, &report);
+    if (status < 0 || !a->has_forces) return status < 0 ? status : OM_OK;
+    OM_TRY(om_body_get_forces(a->body, &forces));
+    *force = om_norm(forces.pull[arm]);
+    return OM_OK;
+}
+
 // Let a time step pass with the tip at its place.
 static OmStatus step(Try* t) {
     const Attempt* a = t->a;
@@ -41,20 +55,12 @@ static OmStatus step(Try* t) {
         t->is_cut = true;
         return OM_OK;
     }
-    OmPose tip = {om_pose_apply(a->grid->task, t->tip), a->grid->task.q};
-    OmBodyReport report;
-    OmBodyForces forces;
-    OM_TRY(om_body_move(a->body, t->arm, tip));
-    OmStatus status = om_body_step(a->body, a->task->time_step, &report);
-    if (status < 0) return status;
-    if (a->has_forces) {
-        OM_TRY(om_body_get_forces(a->body, &forces));
-        t->force = om_norm(forces.pull[t->arm]);
-        t->force_max = fmax(t->force_max, t->force);
-    }
+    const OmVec3 tip = om_pose_apply(a->grid->task, t->tip);
+    OM_TRY(om__attempt_step(a, t->arm, tip, &t->force));
+    if (a->has_forces) t->force_max = fmax(t->force_max, t->force);
     if (a->trace) {
         a->trace[1].n = t->ntrace++;
-        OM_TRY(om__trace_add(&a->trace[1], tip.p, t->force));
+        OM_TRY(om__trace_add(&a->trace[1], tip, t->force));
     }
     return ++t->nstep % LOOK_EVERY == 0 ? look(t) : OM_OK;
 }
@@ -139,11 +145,14 @@ static OmStatus pull(Try* t, double margin, OmActionOutcome* outcome) {
 
 // As step_fold of defras_act.c.
 static OmStatus fold(Try* t, OmPlanVerb verb, double margin, OmActionOutcome* outcome) {
-    const OmVec3 from = t->tip;
+    const OmVec3 from = t->has_fold_from ? t->fold_from : t->tip;
     OmVec3 direction;
     double length;
     om__fold_path(t->a->grid, t->a->task->retract, from, verb, &direction, &length);
-    *outcome = OM_ACTION_UNREACHED;
+    const bool is_past =
+        t->has_fold_from && om_dot(om_sub(t->tip, from), direction) > length - FOLD_STEP;
+    t->has_fold_from = false;
+    *outcome = is_past ? OM_ACTION_DONE : OM_ACTION_UNREACHED;
     while (*outcome == OM_ACTION_UNREACHED && (length -= FOLD_STEP) > 0)
         OM_TRY(move(t, om_madd(from, length, direction), from, margin, outcome));
     bool has_gained = true;
@@ -163,6 +172,7 @@ static OmStatus keep_trace(const Try* t) {
     Trace* trace = t->a->trace;
     if (!trace) return OM_OK;
     trace[0].n = 0;
+    trace[0].fold_step = t->fold_step;
     for (int i = 0; i < t->ntrace; ++i)
         OM_TRY(om__trace_add(&trace[0], trace[1].tip[i], trace[1].force[i]));
     return OM_OK;
@@ -226,6 +236,7 @@ static OmStatus try_pulls(Try* t, bool* is_exposed) {
 static OmStatus try_folds(Try* t) {
     static const OmPlanVerb verb[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
     om_body_save(t->a->body, t->a->lifted);
+    t->fold_step = t->ntrace;
     const Try lifted = *t;
     for (int k = 0; k < 2 && !t->is_cut; ++k) {
         bool is_exposed;
@@ -259,5 +270,30 @@ OmStatus om__attempt_run(const Attempt* a, int arm, int block, AttemptResult* re
     if (!is_exposed && !t.is_cut) OM_TRY(try_folds(&t));
     result->nstep = t.nstep;
     result->is_cut = t.is_cut;
+    return OM_OK;
+}
+
+OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const Trace* trace,
+                              OmVec3 aside, bool* exposes, int* nstep) {
+    AttemptResult result = {.fold = OM_PLAN_PULL};
+    Attempt plain = *a;
+    plain.trace = NULL;
+    OmActionOutcome outcome;
+    const int last = trace->n - 1, begin = trace->fold_step;
+    const OmVec3 beside = om_quat_rotate(om_quat_conj(a->grid->task.q), aside);
+    Try t = {.a = &plain, .best = &result, .arm = arm};
+    t.tip = om_add(om__to_task(a->grid, trace->tip[last]), beside);
+    t.grasp_tip = om_add(om__to_task(a->grid, trace->tip[0]), beside);
+    *exposes = false;
+    if (!is_in_reach(&t, t.tip, t.q)) return OM_OK;
+    OM_TRY(look(&t));
+    if (verb == OM_PLAN_PULL) {
+        OM_TRY(try_pulls(&t, exposes));
+    } else {
+        t.has_fold_from = begin > 0;
+        if (begin > 0) t.fold_from = om_add(om__to_task(a->grid, trace->tip[begin - 1]), beside);
+        OM_TRY(act(&t, verb, exposes, &outcome));
+    }
+    *nstep += t.nstep;
     return OM_OK;
 }

@@ -11,6 +11,7 @@ typedef struct Trace {
     int n, capacity;
     OmVec3* tip;    // world frame, m
     double* force;  // N
+    int fold_step;  // at which a fold began, of a sequence with a fold
 } Trace;
 
 // defras_trial.c
@@ -46,9 +47,18 @@ typedef struct AttemptResult {
     int nstep;
 } AttemptResult;
 
+// One step with the tip of an arm at a place, world frame; `force` receives the pull, N, where the engine has forces.
+OmStatus om__attempt_step(const Attempt* attempt, int arm, OmVec3 tip, double* force);
 // Grasp a block from the body's present state, pull, and fold where the ROI is still hidden. The body is left in any
 // state.
 OmStatus om__attempt_run(const Attempt* attempt, int arm, int block, AttemptResult* result);
+// After the path of a sequence, repeated on this body, left the ROI hidden: what the loop would do, which continues the
+// last motion. A fold goes on to its length, pulls to the height limit. The body has tissue in hand.
+// @param fold   of the sequence, OM_PLAN_PULL: none
+// @param trace  of the sequence
+// @param aside  of its tips the arm is, m, world frame
+OmStatus om__attempt_continue(const Attempt* attempt, OmPlanVerb fold, int arm, const Trace* trace,
+                              OmVec3 aside, bool* exposes, int* nstep);
 
 // defras_preplan.c: choose among the points that were tried; sets verdicts, counts and the reason.
 void om__preplan_choose(OmPreplan* plan, int nlowest);

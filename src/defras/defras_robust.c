@@ -10,7 +10,10 @@
 //
 // Every SPREAD_EVERY steps the surface of the changed twin is compared with that of the believed twin at the same step,
 // as the monitor compares camera and twin: the median, over vertices of the surface, of the distance to the other
-// surface. The largest of these medians, over all twins, is the point's spread.
+// surface. The largest of these medians, over all twins, is the point's spread. Where the ROI is hidden at the end of
+// the path, the last motion continues as in the loop: the plan ended where the believed twin showed the ROI. Without
+// this a plan whose motion stops early was worth less than a fold to the end of its length (development seed 2305,
+// fewer: 17 actions in place of 8).
 #include "defras/defras_robust.h"
 
 #include <string.h>
@@ -80,15 +83,9 @@ static void compare(const Robust* r, Again* a, int instant, const OmBody* body, 
 }
 
 static OmStatus step(const Robust* r, Again* a, Worker* w, OmVec3 tip) {
-    OmBody* body = w->attempt.body;
-    OmBodyReport report;
-    OmBodyForces forces;
-    const OmPose pose = {om_add(tip, r->aside), w->attempt.grid->task.q};
-    OM_TRY(om_body_move(body, a->point->arm, pose));
-    OmStatus status = om_body_step(body, r->scene->task.time_step, &report);
-    if (status < 0 || !w->attempt.has_forces) return status < 0 ? status : OM_OK;
-    OM_TRY(om_body_get_forces(body, &forces));
-    a->force = fmax(a->force, om_norm(forces.pull[a->point->arm]));
+    double force = 0;
+    OM_TRY(om__attempt_step(&w->attempt, a->point->arm, om_add(tip, r->aside), &force));
+    a->force = fmax(a->force, force);
     return OM_OK;
 }
 
@@ -109,7 +106,10 @@ static OmStatus repeat(const Robust* r, Again* a, Worker* w, OmSurfaceTree* tree
     }
     OM_TRY(om_view_look(w->attempt.view, om_body_x(body), &v));
     a->is_exposing = v.nseen >= r->scene->task.visibility * v.npoint;
-    return OM_OK;
+    if (a->is_exposing || r->is_reference) return OM_OK;
+    int nstep = 0;
+    return om__attempt_continue(&w->attempt, a->point->fold, a->point->arm, a->trace, r->aside,
+                                &a->is_exposing, &nstep);
 }
 
 // A grasp beside the planned one that holds the same vertices moves them in the same way.

@@ -7,13 +7,18 @@
 
 static Rig rig;
 
-static OmAhead* make_ahead(int npoint, int max_step) {
+static OmAhead* make_ahead_with(int npoint, int max_step, bool is_repeated) {
     OmAheadDef def = om_ahead_default_def(&rig.scene, &rig.twin_site);
     OmAhead* ahead;
+    def.is_repeated = is_repeated;
     def.npoint = npoint;
     def.max_step = max_step;
     assert_ok(om_ahead_create(&def, rig.twin, &ahead));
     return ahead;
+}
+
+static OmAhead* make_ahead(int npoint, int max_step) {
+    return make_ahead_with(npoint, max_step, false);
 }
 
 static OmLoop* start_loop(OmAhead* ahead) {
@@ -127,6 +132,44 @@ static void a_run_repeats(void** state) {
     om_ahead_destroy(ahead);
 }
 
+// Soft tissue: (1,3) exposes the ROI in the twin, but not at half the modulus; (2,2) does at both. `only`: nothing but
+// (1,3) may be grasped.
+static OmExposure look_at(bool is_repeated, bool is_only, OmPlan* plan, bool* is_kept, int* n) {
+    OmAhead* ahead = make_ahead_with(3, 100000, is_repeated);
+    OmLoop* loop = start_loop(NULL);
+    assert_ok(om_loop_tick(loop));
+    rig_start(&rig);
+    loop->ahead = ahead;
+    for (int k = 0; k < 25; ++k) loop->is_forbidden[k] = k != 10 && (k != 6 || is_only);
+    look_ahead(loop);
+    assert_ok(om_planner_solve(rig.planner, &loop->situation, plan));
+    const OmExposure e = loop->situation.exposure[10];
+    *is_kept = loop->exposure[10].is_known;
+    *n = loop->result.nahead;
+    om_loop_destroy(loop);
+    om_ahead_destroy(ahead);
+    return e;
+}
+
+static void a_point_that_needs_stiffness_is_left(void** state) {
+    (void)state;
+    const Rig kept = rig;
+    OmScene scene = easy_scene();
+    OmPlan plan;
+    bool is_kept;
+    int n;
+    scene.tissue.young = 750;
+    rig_create(&rig, scene);
+    OmExposure e = look_at(false, false, &plan, &is_kept, &n);
+    assert_true(e.is_known && e.exposes && is_kept && n == 1 && plan.grasp_block == 10);
+    e = look_at(true, false, &plan, &is_kept, &n);
+    assert_true(e.is_known && !e.exposes && !is_kept && n == 2 && plan.grasp_block == 6);
+    e = look_at(true, true, &plan, &is_kept, &n);  // nothing is better
+    assert_true(e.is_known && e.exposes && is_kept && n == 1 && plan.grasp_block == 10);
+    rig_destroy(&rig);
+    rig = kept;
+}
+
 static OmStatus create_once(void* ctx) {
     OmAheadDef def = om_ahead_default_def(&rig.scene, &rig.twin_site);
     OmAhead** ahead = ctx;
@@ -169,8 +212,10 @@ static int end(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+
         cmocka_unit_test(facts_are_those_of_the_plan_before),
         cmocka_unit_test(tissue_in_hand_stays_in_hand),
+        cmocka_unit_test(a_point_that_needs_stiffness_is_left),
         cmocka_unit_test(the_budget_counts_steps),
         cmocka_unit_test(a_run_repeats),
         cmocka_unit_test(every_allocation_may_fail),
