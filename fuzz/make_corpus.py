@@ -383,6 +383,22 @@ def banet():
     put("banet/side.bin", real(10, -0.3) + real(2, 1e300))
 
 
+def rl_demo():
+    """Heads of files, and changes of values as fuzz_rl_demo.c reads them: nine bytes each."""
+    def whole(kind, value, *rest):
+        return struct.pack("<Bi4B", kind, value, *(rest + (0, 0, 0, 0))[:4])
+    put("rl_demo/head.txt", "omentum demonstrations 1\nsize 8\nhash 0123456789abcdef\n".ljust(512, "\0") + "whatever")
+    put("rl_demo/other.txt", "omentum demonstrations 7\nsize 0\nhash 0\n")
+    put("rl_demo/none.bin", b"")
+    put("rl_demo/good.bin", whole(1, 2, 3, 0, 1) + struct.pack("<Bf4B", 0, 0.5, 2, 0, 1, 0))
+    put("rl_demo/action.bin", whole(1, -1, 3, 0, 1))
+    put("rl_demo/large.bin", whole(1, 1 << 30, 0, 0, 0) + whole(4, 5, 1))
+    put("rl_demo/choices.bin", whole(4, -3, 1))
+    put("rl_demo/nan.bin", struct.pack("<Bf4B", 0, float("nan"), 1, 0, 0, 0))
+    put("rl_demo/reward.bin", struct.pack("<Bd", 2, float("inf")) + struct.pack("<Bd", 3, float("nan")))
+    put("rl_demo/task.bin", whole(5, 7, 0) + whole(5, 200, 1))
+
+
 def nets(folder):
     """Changes to a good network's file as fuzz_umesh_net.c and fuzz_banet_net.c read them: eight bytes each."""
     def byte(place, value):
@@ -485,6 +501,7 @@ if __name__ == "__main__":
     weights()
     umesh()
     banet()
+    rl_demo()
     world_logs()
     nets("umesh_net")
     nets("banet_net")

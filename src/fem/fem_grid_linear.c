@@ -15,7 +15,8 @@
 #include "base/base_multiversion.h"
 #include "fem/fem_grid_internal.h"
 
-#define NBLOCK 64  // right-hand sides solved together; 24: 3.3 s for the phantom, 192: 3.2 s, 64: 2.9 s
+#define NBLOCK \
+    64  // right-hand sides solved together; 24: 3.3 s for the phantom, 192: 3.2 s, 64: 2.9 s
 #define MAX_BYTES ((size_t)2 << 30)
 #define SHIFT 1e-6     // times the mean diagonal of C_PP is added to it: the rounding of floats
 #define MAX_SIDE 3072  // unknowns of a patch

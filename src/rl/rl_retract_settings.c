@@ -31,6 +31,7 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"fixed_horizon", FLAG, AT(has_fixed_horizon), 1, 0, 1},
                                 {"repeat", COUNT, AT(repeat), 1, 1, 100},
                                 {"gripper", FLAG, AT(has_gripper), 1, 0, 1},
+                                {"move_mm", NUMBER, AT(move), 1e-3, 0.01, 5},
                                 {"start_height_mm", NUMBER, AT(start_height), 1e-3, 3, 50},
                                 {"points", COUNT, AT(npoint), 1, 0, OM_RL_MAX_POINT},
                                 {"awake", FLAG, AT(is_awake), 1, 0, 1},
