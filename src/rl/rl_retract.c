@@ -7,6 +7,7 @@
 #include "rl/rl_retract_internal.h"
 
 #define COOKIE 0x4e712ac7u
+#define ELEMENT_SIDE 20  // cells along a side, of elements
 #define FIXED_ROWS 2   // of particles, at the fixed side
 #define FIXED_X 0.018  // m, the fixed side of the flat sheet
 #define DROP 0.001     // m, of the fat above the kidney before it falls
@@ -139,7 +140,7 @@ static OmStatus make_mesh(const OmRlRetract* t, OmTetMesh* mesh, double* volume)
             om_store3(mesh->x, i, om_add(middle, om_load3(mesh->x, i)));
     } else {
         OmVec3 half = om_vec3(r, r, 0.5 * d->thickness);
-        OM_TRY(om_tet_mesh_box(om_sub(middle, half), om_add(middle, half), OM__RL_SIDE, OM__RL_SIDE,
+        OM_TRY(om_tet_mesh_box(om_sub(middle, half), om_add(middle, half), ELEMENT_SIDE, ELEMENT_SIDE,
                                1, mesh));
     }
     int nfixed = 0, *fixed = om_alloc((size_t)mesh->nvert, sizeof *fixed);
