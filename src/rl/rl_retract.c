@@ -20,7 +20,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
         .cluster_spacing = 0.0120,
         .cluster_radius = 0.0149,
         .cluster_stiffness = 1,
-        .young = 3000,
+        .young = 20000,
         .poisson = 0.45,
         .density = 1000,
         .kidney = {.center = {-0.008, 0, 0.022}, .half = {0.030, 0.055, 0.022}, .bend = 4},
@@ -58,7 +58,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
 
 void om__rl_retract_use_reality(OmRlRetractDef* def) {
     def->tissue = OM_RL_ELEMENTS;
-    def->young *= 1.5;
+    def->young *= 0.8;
     def->thickness *= 0.9;
     def->kidney_shift = om_vec3(0.0016, 0.0012, 0);
     def->tip_error = 0.0017;
