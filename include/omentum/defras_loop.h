@@ -114,6 +114,9 @@ typedef enum OmHold {  // why the loop stops and waits for a person
 /// One word: "none", "warning", "stale", "late", "update", "planner", "tool", "arm".
 OM_API const char* om_hold_text(OmHold hold);
 #define OM_LOOP_MAX_FAILED 3  // estimates in a row that end in an error
+// A point at which a jaw closed on nothing is tried again where a new look shows the tissue elsewhere, so often in all.
+#define OM_LOOP_MAX_EMPTY 3
+#define OM_CLOUD_AGREE 0.003  // m; a measured grasping point further from the twin's is another one
 
 typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractOutcome outcome;     //
@@ -141,13 +144,18 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
-    OmHold hold;       // the last one; OM_HOLD_NONE: there was none
-    int nhold;         // times that the loop held
-    int ncommand;      // of a person or a program, but pause and resume
-    int nmonitor;      // frames compared with the twin
-    int nwarning[3];   // times that the warning state rose to 1, 2, 3
-    double mu_max;     // m, while tissue was held; 0 without a monitor
-    int nslip;         // grasps that slipped
+    OmHold hold;      // the last one; OM_HOLD_NONE: there was none
+    int nhold;        // times that the loop held
+    int ncommand;     // of a person or a program, but pause and resume
+    int nmonitor;     // frames compared with the twin
+    int nwarning[3];  // times that the warning state rose to 1, 2, 3
+    double mu_max;    // m, while tissue was held; 0 without a monitor
+    int nslip;        // grasps that slipped
+    int nempty;       // times that a jaw closed on nothing
+    // Reaches to tissue that the depth camera sees, more than OM_CLOUD_AGREE from where the twin has it.
+    int nmeasured;
+    double measured_off;  // m, the largest such distance
+    int ndrawn;        // grasps at which the twin's tissue was not at the tip, and was drawn to it
     int world_ntorn;   // attached vertices that tore off in the truth
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
@@ -156,6 +164,7 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     bool is_settled;  // twin and world were at rest when the operation began
     // m, mean displacement of the vertices until then; NAN without a truth
     double twin_shift, world_shift;
+    int nadded;  // vertices that were attached to the twin, which slid off without them (om_retract_run)
     bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
     int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
     int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth
@@ -205,6 +214,8 @@ typedef struct OmLoopDef {
     // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
     // known to the planner until the twin's attachments change.
     const OmPreplan* preplan;
+    // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
+    bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
@@ -218,7 +229,8 @@ typedef struct OmLoopDef {
     // s by which the operation may be behind the clock on the wall, for a world that does not wait, as a real robot;
     // default 0: not watched
     double max_lag;
-    bool is_settled;    // twin and world are at rest; default true; recorded in the result
+    bool is_settled;  // twin and world are at rest; default true; recorded in the result
+    int nadded;  // vertices attached to a twin that slid off; default 0; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
 

@@ -42,6 +42,7 @@ OM_CALIBRATION_MAX_STEP = 20000
 OM_CALIBRATION_MAX_TRIANGLE = 200000
 OM_CALIBRATION_NAME = 48
 OM_CALIBRATION_NPROFILE = 17
+OM_CLOUD_AGREE = 0.003
 OM_DIHEDRAL_BIN = 18
 OM_ENGINE_VERSION = 1
 OM_FACTS_MAX = 24
@@ -49,6 +50,7 @@ OM_HASH_SEED = 14695981039346656037
 OM_LAW_LOG_FLOOR = 0.02
 OM_LAW_POWER_FLOOR = 0.2
 OM_LAYER_MAX_INPUT = 4
+OM_LOOP_MAX_EMPTY = 3
 OM_LOOP_MAX_FAILED = 3
 OM_LOOP_MAX_LISTENER = 8
 OM_LOSS_MAX_TERM = 8
@@ -3656,8 +3658,8 @@ class OmAheadDef(Struct):
     const OmSite* site;    // of the twin; borrowed until destroy
     int npoint;  // points tried for one plan, at most; default: the task's `ahead`, or 3 where this is 0
     int max_step;  // steps of the twin for one plan; default 5000
-    // A point that exposes the ROI is repeated in a twin of half the modulus, and counts only if the ROI is exposed there,
-    // too; if no point that was tried is, such a point counts nevertheless. Default true.
+    // A point that exposes the ROI is repeated in a twin of half the modulus. If the ROI stays hidden there, the point
+    // counts only if no other point is confirmed. Default true.
     bool is_repeated;
 } OmAheadDef;"""
     cookie: int
@@ -4328,13 +4330,18 @@ class OmRetractResult(Struct):
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
-    OmHold hold;       // the last one; OM_HOLD_NONE: there was none
-    int nhold;         // times that the loop held
-    int ncommand;      // of a person or a program, but pause and resume
-    int nmonitor;      // frames compared with the twin
-    int nwarning[3];   // times that the warning state rose to 1, 2, 3
-    double mu_max;     // m, while tissue was held; 0 without a monitor
-    int nslip;         // grasps that slipped
+    OmHold hold;      // the last one; OM_HOLD_NONE: there was none
+    int nhold;        // times that the loop held
+    int ncommand;     // of a person or a program, but pause and resume
+    int nmonitor;     // frames compared with the twin
+    int nwarning[3];  // times that the warning state rose to 1, 2, 3
+    double mu_max;    // m, while tissue was held; 0 without a monitor
+    int nslip;        // grasps that slipped
+    int nempty;       // times that a jaw closed on nothing
+    // Reaches to tissue that the depth camera sees, more than OM_CLOUD_AGREE from where the twin has it.
+    int nmeasured;
+    double measured_off;  // m, the largest such distance
+    int ndrawn;        // grasps at which the twin's tissue was not at the tip, and was drawn to it
     int world_ntorn;   // attached vertices that tore off in the truth
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
@@ -4343,6 +4350,7 @@ class OmRetractResult(Struct):
     bool is_settled;  // twin and world were at rest when the operation began
     // m, mean displacement of the vertices until then; NAN without a truth
     double twin_shift, world_shift;
+    int nadded;  // vertices that were attached to the twin, which slid off without them (om_retract_run)
     bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
     int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
     int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth
@@ -4380,6 +4388,10 @@ class OmRetractResult(Struct):
     nwarning: Numbers
     mu_max: float
     nslip: int
+    nempty: int
+    nmeasured: int
+    measured_off: float
+    ndrawn: int
     world_ntorn: int
     nacquisition: int
     nupdate: int
@@ -4387,6 +4399,7 @@ class OmRetractResult(Struct):
     is_settled: bool
     twin_shift: float
     world_shift: float
+    nadded: int
     has_slid: bool
     twin_nbad: int
     world_nbad: int
@@ -4442,6 +4455,8 @@ class OmLoopDef(Struct):
     // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
     // known to the planner until the twin's attachments change.
     const OmPreplan* preplan;
+    // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
+    bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
@@ -4455,7 +4470,8 @@ class OmLoopDef(Struct):
     // s by which the operation may be behind the clock on the wall, for a world that does not wait, as a real robot;
     // default 0: not watched
     double max_lag;
-    bool is_settled;    // twin and world are at rest; default true; recorded in the result
+    bool is_settled;  // twin and world are at rest; default true; recorded in the result
+    int nadded;  // vertices attached to a twin that slid off; default 0; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;"""
     cookie: int
@@ -4468,6 +4484,7 @@ class OmLoopDef(Struct):
     nlistener: int
     updater: Any
     preplan: Any
+    is_by_twin: bool
     ahead: Any
     monitor: Any
     is_attended: bool
@@ -4475,6 +4492,7 @@ class OmLoopDef(Struct):
     max_age: float
     max_lag: float
     is_settled: bool
+    nadded: int
     wall_begin: float
 
 
@@ -5562,7 +5580,7 @@ class OmRlRetractDef(Struct):
     double cluster_radius;     // default 14.9 mm
     double cluster_stiffness;  // default 1
     bool has_self_collision;   // default false
-    double young, poisson;     // of elements, Pa; default 3000 and 0.45
+    double young, poisson;     // of elements, Pa; default 20 kPa, the truth of that study, and 0.45
     double density;            // kg/m^3; default 1000
     // ---- scene
     OmRlKidney kidney;
@@ -6847,9 +6865,9 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})

@@ -176,6 +176,15 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "  note: the tissue slid while it settled, before any action: by %.1f mm in the twin, %.1f mm in "
             "the truth (mean over vertices)\n",
             1e3 * r->twin_shift, 1e3 * r->world_shift);
+    if (r->nadded > 0)
+        printf(
+            "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
+            r->nadded);
+    if (r->nmeasured > 0)
+        printf(
+            "  cloud: %d reaches to tissue that the depth camera sees up to %.1f mm from the twin's; %d jaws closed "
+            "on nothing\n",
+            r->nmeasured, 1e3 * r->measured_off, r->nempty);
     print_updates(r);
     if (dir) printf("  report: %s/report.html\n", dir);
     om_cli_figure("layout", scene->seed);

@@ -34,13 +34,22 @@ static OmStatus begin_wait(OmLoop* loop, double seconds, Next* next) {
     return OM_OK;
 }
 
+static void note_point(OmLoop* loop, const GraspPoint* point) {
+    OmRetractResult* r = &loop->result;
+    if (point->source != GRASP_MEASURED) return;
+    ++r->nmeasured;
+    r->measured_off = fmax(r->measured_off, point->off);
+}
+
 // Up, across, down, so that a free tool does not touch the tissue.
 static OmStatus step_reach(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
     if (a->step == 0) {
-        int vert = loop->grid.vert[a->plan.block];
-        OmVec3 target = om__to_task(&loop->grid, om_load3(om_body_x(loop->twin), vert));
+        OM_TRY(om__cloud_look(loop, a->plan.block));
+        const GraspPoint* point = &loop->point[a->plan.block];
+        OmVec3 target = point->tip;
+        note_point(loop, point);
         double travel = fmax(state->tip.z, target.z + CLEARANCE);
         a->waypoint[0] = om_vec3(state->tip.x, state->tip.y, travel);
         a->waypoint[1] = om_vec3(target.x, target.y, travel);
@@ -58,17 +67,17 @@ static OmStatus step_reach(OmLoop* loop, Next* next) {
     return OM_OK;
 }
 
-// The twin grasps, too; if it has no tissue at the measured tip, its arm grasps nothing.
+// The twin grasps, too; if it has no tissue near the measured tip, its arm grasps nothing.
 static OmStatus grasp_with_twin(OmLoop* loop) {
     Action* a = &loop->action;
-    int arm = a->plan.arm, nheld = 0;
+    int arm = a->plan.arm;
     OmObservation obs = {0};
     OM_TRY(om_world_observe(loop->world, 0, &obs));
     OmStatus status = OM_OK;
     a->outcome = OM_ACTION_EMPTY;
     if (om_arm_is_holding(&obs.arm[arm])) {
         OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
-        status = om_body_grasp(loop->twin, arm, tip, loop->task.grasp_radius, &nheld);
+        status = om__cloud_grasp_twin(loop, arm, a->plan.block, tip);
         if (status == OM_OK) a->outcome = OM_ACTION_DONE;
         if (status == OM_OK) om__look_note_grasp(loop, arm, tip);
     }
@@ -85,10 +94,12 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_CLOSED));
         return begin_wait(loop, GRIP_TIME, next);
     }
-    if (a->step == 2) return OM_OK;  // no tissue was grasped, and the jaws are open
+    if (a->step == 2) return OM_OK;  // no tissue was grasped, and the jaws are open; or it is held
+    a->step = 2;
     OM_TRY(grasp_with_twin(loop));
     if (a->outcome == OM_ACTION_EMPTY) {
-        a->step = 2;
+        om__cloud_note_empty(loop, a->plan.arm, a->plan.block);
+        state->at = -1;  // the next grasp follows a new reach
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_OPEN));
         return begin_wait(loop, GRIP_TIME, next);
     }
@@ -97,7 +108,8 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
     state->is_closed = true;
     state->grasp_tip = state->tip;
     state->is_max_force = false;
-    return OM_OK;
+    const double wait = om__cloud_draw_time(loop, a->plan.arm);
+    return wait > 0 ? begin_wait(loop, wait, next) : OM_OK;
 }
 
 // Open, rise clear of the tissue, wait until the tissue has fallen.

@@ -172,6 +172,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
     om_json_number(&json, "time_step_s", loop->task.time_step);
     om_json_string(&json, "updates", timing_name(loop->updater));
     om_json_bool(&json, "settled", loop->result.is_settled);
+    om_json_integer(&json, "attached_to_stay", loop->result.nadded);
     om_json_bool(&json, "attended", loop->is_attended);
     om_json_bool(&json, "approval", loop->needs_approval);
     om_json_number(&json, "max_age_s", loop->max_age);
@@ -219,6 +220,18 @@ static bool is_forbidden(const void* ctx, int b) {
     return ((const OmSituation*)ctx)->is_forbidden[b];
 }
 
+static bool is_elsewhere(const void* ctx, int b) {
+    return ((const OmLoop*)ctx)->point[b].source == GRASP_MEASURED;
+}
+static bool is_bare(const void* ctx, int b) {
+    const OmLoop* loop = ctx;
+    return loop->grid.vert[b] >= 0 && loop->point[b].source == GRASP_NONE;
+}
+static bool is_filled(const void* ctx, int b) {
+    return ((const OmLoop*)ctx)->point[b].source == GRASP_FILLED;
+}
+static bool is_empty(const void* ctx, int b) { return ((const OmLoop*)ctx)->nempty[b] > 0; }
+
 static void put_arm(OmJson* json, const char* name, const OmArmSituation* arm, int n) {
     om_json_open(json, name, '{');
     put_block(json, "at", arm->at, n);
@@ -235,6 +248,8 @@ static void put_facts(OmJson* json, const OmLoop* loop, const OmSituation* s) {
     om_json_open(json, "camera", '{');
     om_json_bool(json, "visible_roi", s->is_visible);
     om_json_number(json, "visibility", loop->visibility);
+    put_blocks(json, "tissue_elsewhere", s, is_elsewhere, loop);
+    put_blocks(json, "no_tissue", s, is_bare, loop);
     om_json_close(json, '}');
     om_json_open(json, "joints", '{');
     put_arm(json, "psm1", &s->arm[0], s->n);
@@ -242,6 +257,7 @@ static void put_facts(OmJson* json, const OmLoop* loop, const OmSituation* s) {
     om_json_close(json, '}');
     om_json_open(json, "twin", '{');
     put_blocks(json, "fixed", s, is_fixed, s);
+    put_blocks(json, "grasping_points", s, is_filled, loop);
     om_json_bool(json, "max_force_psm1", s->arm[0].is_max_force);
     om_json_bool(json, "max_force_psm2", s->arm[1].is_max_force);
     om_json_close(json, '}');
@@ -256,6 +272,7 @@ static void put_facts(OmJson* json, const OmLoop* loop, const OmSituation* s) {
     om_json_close(json, '}');
     om_json_open(json, "memory", '{');
     put_blocks(json, "tried", s, is_done, s);
+    put_blocks(json, "closed_on_nothing", s, is_empty, loop);
     put_blocks(json, "folded_to_roi", s, is_folded, s);
     put_blocks(json, "folded_away", s, is_moved, s);
     om_json_close(json, '}');

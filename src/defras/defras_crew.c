@@ -49,8 +49,8 @@ OmStatus om__crew_create(Crew* c, const OmScene* scene, OmSite* site, int nworke
     if (!c->worker) return OM_NO_MEMORY;
     for (int k = 0; k < c->nworker; ++k) OM_TRY(worker_create(c, &c->worker[k]));
     OmBody* body = c->worker[0].attempt.body;
-    OM_TRY(
-        om_body_settle(body, scene->task.time_step, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME));
+    int nadded;
+    OM_TRY(om__rest_settle(scene, body, &nadded));
     c->rest = om_alloc(1, om_body_state_size(body));
     if (!c->rest) return OM_NO_MEMORY;
     om_body_save(body, c->rest);

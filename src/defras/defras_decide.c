@@ -88,6 +88,7 @@ static bool may_follow_preplan(const OmLoop* loop) {
 }
 
 OmStatus om__loop_plan(OmLoop* loop) {
+    OM_TRY(om__cloud_look(loop, -1));
     om__sense_fluents(loop, &loop->situation);
     loop->is_preplan = may_follow_preplan(loop);
     OmStatus status = OM_OK;
@@ -144,8 +145,7 @@ static void update_tried(OmLoop* loop) {
     if (action->block < 0) return;
     loop->exposure[action->block].is_known = false;  // the world has answered
     uint8_t* tried = &loop->tried[action->block];
-    bool is_gone =
-        outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;
+    bool is_gone = outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED;
     if (action->verb == OM_PLAN_MOVE_ROI)
         *tried |= OM_TRIED_MOVE_ROI;
     else if (action->verb == OM_PLAN_MOVE_AWAY)

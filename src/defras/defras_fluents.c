@@ -24,6 +24,10 @@ int om__grid_block_of(const Grid* g, OmVec3 p_world) {
     return block_of(g, om__to_task(g, p_world));
 }
 
+bool om__grid_has(const Grid* g, int block, OmVec3 p) {
+    return fabs(p.x) <= g->half.x && fabs(p.y) <= g->half.y && block_of(g, p) == block;
+}
+
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid) {
     memset(grid, 0, sizeof *grid);
     // a scene need not come from a file
@@ -116,7 +120,8 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         s->exposure[b] = loop->exposure[b];
         s->is_forbidden[b] = loop->is_forbidden[b];
         s->reachable[b] &= arms;
-        if (g->vert[b] < 0) s->reachable[b] = 0;
+        if (g->vert[b] < 0 || loop->point[b].source == GRASP_NONE) s->reachable[b] = 0;
+        if (om__cloud_is_spent(loop, b)) s->tried[b] |= OM_TRIED_GRASP;
         bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;
         if (is_held || !is_postponed(loop, b)) continue;
         s->tried[b] |= OM_TRIED_GRASP;

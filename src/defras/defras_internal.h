@@ -4,6 +4,7 @@
 
 #include "omentum/defras_loop.h"
 #include "omentum/match_adopt.h"
+#include "omentum/match_scan_picture.h"
 #include "omentum/world_cloud.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
@@ -17,6 +18,19 @@ typedef struct Grid {
     int roi_block;
     OmVec3 roi;  // centre of the ROI, task frame, m
 } Grid;
+
+// The grasping point of a block now (defras_cloud.c).
+typedef enum GraspSource {
+    GRASP_FILLED,    // the twin's: hidden from the depth camera, or there is none
+    GRASP_AGREED,    // the twin's, where tissue was measured
+    GRASP_MEASURED,  // measured, further than OM_CLOUD_AGREE from the twin's
+    GRASP_NONE       // no tissue is there
+} GraspSource;
+typedef struct GraspPoint {
+    OmVec3 tip;  // task frame, m; of GRASP_NONE the twin's
+    GraspSource source;
+    double off;  // m, from the twin's
+} GraspPoint;
 
 // Decides when a motion stops because the ROI is exposed: at `wanted` plus the margin, or past a maximum above
 // `wanted`.
@@ -52,6 +66,8 @@ typedef struct ArmState {
     OmQuat q;                          // world frame, measured: motions keep it
     double joint[OM_PSM_NJOINT], jaw;  // measured, rad and m
     double lift;                       // m above grasp_tip while holding
+    // m, world frame: the twin's grasped tissue lies this far beside the tip, and is drawn to it
+    OmVec3 twin_off;
     bool is_closed;
     bool is_moving;
     bool is_max_force;
@@ -168,6 +184,14 @@ struct OmLoop {
 
     ForceSum force_sum;  // of defras_force.c
 
+    // computed by defras_cloud.c
+    bool has_cloud;  // set at creation: the world observes depth
+    OmScanDef scan;
+    GraspPoint point[OM_PLAN_MAX_BLOCK];
+    int point_tick;                       // of the last look at all blocks
+    int nempty[OM_PLAN_MAX_BLOCK];        // times that a jaw closed on nothing there
+    OmVec3 empty_tip[OM_PLAN_MAX_BLOCK];  // where, the last time, task frame, m
+
     // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
     double time_origin;  // s of the world's clock at which the operation begins
@@ -238,11 +262,29 @@ int om__count_attached(const OmBody* body);  // vertices; 0 without a body
 OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine);
 
 // defras_fluents.c
-int om__grid_block_of(const Grid* grid, OmVec3 p_world);    // the nearest for a point outside
+int om__grid_block_of(const Grid* grid, OmVec3 p_world);  // the nearest for a point outside
+bool om__grid_has(const Grid* grid, int block, OmVec3 p_task);
 double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
 void om__sense_fluents(OmLoop* loop, OmSituation* situation);
+
+// defras_cloud.c
+// Look at the tissue: the grasping points of all blocks (-1), or of one of them, which keeps its point where no tissue
+// is seen.
+OmStatus om__cloud_look(OmLoop* loop, int block);
+// The twin grasps the material that the jaw holds at `tip`.
+// @return OM_OK; OM_INVALID (it has no free tissue near there)
+OmStatus om__cloud_grasp_twin(OmLoop* loop, int arm, int block, OmPose tip);
+double om__cloud_draw_time(const OmLoop* loop, int arm);  // s until it is at the tip
+void om__cloud_draw(OmLoop* loop, int arm);               // in every step
+void om__cloud_note_empty(OmLoop* loop, int arm, int block);
+bool om__cloud_is_spent(const OmLoop* loop, int block);  // a jaw would close on nothing again
+
+// defras_rest.c: let the twin come to rest. One that slides off gets more attachments, *nadded vertices.
+// @return as om_body_settle
+OmStatus om__rest_settle(const OmScene* scene, OmBody* twin, int* nadded);
+double om__rest_shift(const OmBody* body);  // mean displacement from the patient model, m
 
 // The force by the twin at which the arms act, N.
 static inline double om__force_limit(const OmSceneTask* task) {

@@ -127,15 +127,6 @@ static OmStatus check_def(const OmLoopDef* def) {
     return check_task(def->task);
 }
 
-// Mean displacement of a body's vertices from the mesh they started from, m.
-static double mean_shift(const OmBody* body) {
-    const OmTetMesh* mesh = &om_body_site(body)->mesh;
-    double sum = 0;
-    for (int v = 0; v < mesh->nvert; ++v)
-        sum += om_distance(om_load3(om_body_x(body), v), om_load3(mesh->x, v));
-    return sum / mesh->nvert;
-}
-
 int om__count_attached(const OmBody* body) {
     if (!body) return 0;  // a world without truth
     const unsigned char* attached = om_body_attached(body);
@@ -150,7 +141,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     r->is_settled = is_settled;
     r->twin_nvert = mesh->nvert;
     r->twin_ntet = mesh->ntet;
-    r->twin_shift = mean_shift(loop->twin);
+    r->twin_shift = om__rest_shift(loop->twin);
     r->world_shift = NAN;
     r->force_factor = 1;
     loop->truth_nattached = om__count_attached(loop->truth);
@@ -158,7 +149,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
         r->world_nvert = hidden->nvert;
         r->world_ntet = hidden->ntet;
-        r->world_shift = mean_shift(loop->truth);
+        r->world_shift = om__rest_shift(loop->truth);
     } else {
         r->force_world_max = r->force_more = r->force_less = NAN;
     }
@@ -205,6 +196,9 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         *loop->preplan = *def->preplan;
         om_preplan_get_exposure(loop->preplan, loop->exposure);
     }
+    loop->has_cloud = !def->is_by_twin && om_world_sources(def->world) & OM_OBSERVE_DEPTH;
+    loop->scan = om_scan_default_def(def->world, om_body_site(def->twin));
+    loop->point_tick = -1;
     loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
     loop->rate = loop->person_rate = 1.0;
     loop->is_corrected = def->updater != NULL;
@@ -217,6 +211,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->force_world = loop->visibility_world = NAN;
     loop->result.visibility_world_end = NAN;
     begin_result(loop, def->is_settled);
+    loop->result.nadded = def->nadded;
     if (loop->updater) om__updater_reset(loop->updater);
     if (loop->monitor) {
         om_monitor_reset(loop->monitor);

@@ -425,6 +425,10 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_integer(&json, "times_above_force_limit", r->nforce);
     om_json_number(&json, "force_factor", r->force_factor);
     om_json_integer(&json, "grasps_slipped", r->nslip);
+    om_json_integer(&json, "grasps_empty", r->nempty);
+    om_json_integer(&json, "reaches_by_cloud", r->nmeasured);
+    om_json_number(&json, "cloud_from_twin_max_m", r->measured_off);
+    om_json_integer(&json, "grasps_drawn_in_twin", r->ndrawn);
     om_json_integer(&json, "world_vertices_torn", r->world_ntorn);
     om_json_integer(&json, "times_world_above_force_threshold", r->nforce_world);
     om_json_number(&json, "time_s", r->time);
@@ -437,6 +441,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_number(&json, "plan_ms_max", r->plan_ms_max);
     om_json_bool(&json, "settled_at_start", r->is_settled);
     om_json_bool(&json, "slid_at_start", r->has_slid);
+    om_json_integer(&json, "twin_attached_to_stay", r->nadded);
     om_json_number(&json, "twin_shift_at_start_m", r->twin_shift);
     om_json_number(&json, "world_shift_at_start_m", r->world_shift);
     om_json_integer(&json, "twin_bad_steps", r->twin_nbad);

@@ -45,6 +45,22 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
     char text[256];
     if (!r->is_settled)
         om_report_paragraph(report, "Warning: the tissue still moved when the operation began.");
+    if (r->nadded > 0) {
+        snprintf(
+            text, sizeof text,
+            "The twin slid off while it settled, which the patient's images contradict: %d vertices of its "
+            "underside were attached, so that it stays.",
+            r->nadded);
+        om_report_paragraph(report, text);
+    }
+    if (r->nmeasured > 0) {
+        snprintf(
+            text, sizeof text,
+            "%d times an arm reached for tissue where the depth camera sees it, and not the twin: up to %.1f mm "
+            "apart. In %d grasps the twin's tissue was drawn to the jaws.",
+            r->nmeasured, 1e3 * r->measured_off, r->ndrawn);
+        om_report_paragraph(report, text);
+    }
     if (!r->has_slid) return;
     int n =
         snprintf(text, sizeof text,

@@ -32,6 +32,7 @@ typedef struct Setup {
     OmMonitor* monitor;  // null: the scene has none
     OmAhead* ahead;      // null: the scene does not look ahead
     OmLoop* loop;
+    int nadded;  // attachments that hold a twin that slid off
 } Setup;
 
 static void setup_done(Setup* s) {
@@ -97,8 +98,7 @@ static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmPro
     planner.program = def->program;
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
     OM_TRY(om_planner_create(&planner, &s->planner));
-    OmStatus twin =
-        om_body_settle(s->twin, scene->task.time_step, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME);
+    OmStatus twin = om__rest_settle(scene, s->twin, &s->nadded);
     OM_TRY(twin);
     OmStatus world = build_world(def, replay, progress, s);
     *is_settled = twin == OM_OK && world == OM_OK;
@@ -165,6 +165,7 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     OmLoopListener listener[3];
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
+    loop.nadded = s->nadded;
     loop.wall_begin = wall_begin;
     OM_TRY(build_updater(def, replay, s));
     loop.updater = s->updater;

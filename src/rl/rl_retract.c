@@ -8,10 +8,10 @@
 
 #define COOKIE 0x4e712ac7u
 #define ELEMENT_SIDE 20  // cells along a side, of elements
-#define FIXED_ROWS 2   // of particles, at the fixed side
-#define FIXED_X 0.018  // m, the fixed side of the flat sheet
-#define DROP 0.001     // m, of the fat above the kidney before it falls
-#define RADIUS 0.0015  // m, of a particle: half of its diameter of 3 mm (5.4.1)
+#define FIXED_ROWS 2     // of particles, at the fixed side
+#define FIXED_X 0.018    // m, the fixed side of the flat sheet
+#define DROP 0.001       // m, of the fat above the kidney before it falls
+#define RADIUS 0.0015    // m, of a particle: half of its diameter of 3 mm (5.4.1)
 #define TARGET_CLEAR 0.001
 
 OmRlRetractDef om_rl_retract_default_def(void) {
@@ -140,8 +140,8 @@ static OmStatus make_mesh(const OmRlRetract* t, OmTetMesh* mesh, double* volume)
             om_store3(mesh->x, i, om_add(middle, om_load3(mesh->x, i)));
     } else {
         OmVec3 half = om_vec3(r, r, 0.5 * d->thickness);
-        OM_TRY(om_tet_mesh_box(om_sub(middle, half), om_add(middle, half), ELEMENT_SIDE, ELEMENT_SIDE,
-                               1, mesh));
+        OM_TRY(om_tet_mesh_box(om_sub(middle, half), om_add(middle, half), ELEMENT_SIDE,
+                               ELEMENT_SIDE, 1, mesh));
     }
     int nfixed = 0, *fixed = om_alloc((size_t)mesh->nvert, sizeof *fixed);
     if (!fixed) return OM_NO_MEMORY;

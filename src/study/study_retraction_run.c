@@ -15,8 +15,8 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 7
-#define METHOD_FRAS 3
+#define METHOD 8
+#define METHOD_FRAS 4
 #define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
