@@ -23,6 +23,10 @@
 // | points still in the picture whose twin is lifted by 4 mm         | 0 to 4         | 14 to 56       |
 // | the same, folds included                                         | 2 to 50        | 14 to 75       |
 //
+// With the lift measured from the picture's own point, the part rises by at most 0.5 mm in the pulls of three sheets
+// with right attachments and every other error (2014, 2016, 2027), and by 4.5 to 4.8 mm until the first acquisition
+// on four with wrong ones (2004, 2007, 2010, 2024).
+//
 // An acquisition answers a warning of the present twin: no other one is taken while an estimate runs or its effect is
 // awaited, and a warning that the effect has ended does not count any more. The effect is measured when freed tissue of
 // the twin has fallen: mu at once after an adoption was 2.4 mm (pair 2010) where it was 0.2 mm seconds later.
