@@ -22,6 +22,7 @@ void om__force_add(OmLoop* loop, const OmObservation* obs, const OmBodyForces* t
     ForceSum* s = &loop->force_sum;
     for (int a = 0; a < loop->narm; ++a) {
         if (!obs->arm[a].has_wrench || !om_body_is_holding(loop->twin, a)) continue;
+        if (om__cloud_draw_time(loop, a) > 0) continue;  // the twin's tissue is not at the tip yet
         // the load on the tip is the reaction to its grasp; the weight carried is the twin's
         OmVec3 weight = om_sub(twin->grasp[a], twin->pull[a]);
         OmVec3 pull = om_sub(om_scale(-1, obs->arm[a].force), weight);

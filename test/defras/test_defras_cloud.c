@@ -1,8 +1,11 @@
 // test_defras_cloud.c: grasping points from what the depth camera sees: a twin that lies beside the tissue, blocks
 // without tissue, a tool in the way, jaws that close on nothing, and a twin that slid off.
+#include <unistd.h>
+
 #include "defras/defras_internal.h"
 #include "hidden_world.h"
 #include "loop_rig.h"
+#include "omentum/world_log.h"
 
 // Jaws of 5 mm on tissue with a vertex every 5 mm.
 static OmScene cloud_scene(void) {
@@ -227,6 +230,43 @@ static void test_a_twin_is_drawn_to_the_tip(void** state) {
     rig_destroy(&g);
 }
 
+// A twin 8 mm too low, whose tissue is drawn to the jaws: exposed, and the recorded observations lead to the same
+// decisions and the same twin, to the last bit.
+static void test_a_replay_is_the_same(void** state) {
+    (void)state;
+    OmScene scene = cloud_scene();
+    scene.registration.shift = om_vec3(0, 0, -0.008);
+    OmRetractResult result[2];
+    char path[64];
+    snprintf(path, sizeof path, "/tmp/omentum-test-cloud-%ld", (long)getpid());
+    Rig g;
+    rig_create(&g, scene);
+    for (int run = 0; run < 2; ++run) {
+        om_body_restore(g.twin, g.rest);
+        OmWorld* world;
+        if (run)
+            assert_ok(om_world_create_replayed(path, &world));
+        else
+            assert_ok(om_world_create_recorded(g.world, path, &world));
+        OmLoop* loop = cloud_loop(&g, world, false);
+        tick_to_end(loop);
+        assert_ok(om_loop_take_result(loop, &result[run]));
+        om_loop_destroy(loop);
+        if (!run) assert_ok(om_world_log_end(world));
+        om_world_destroy(world);
+    }
+    printf("too low: %s\n", result[0].reason);
+    assert_true(result[0].is_exposed && result[0].nmeasured >= 1 && result[0].ndrawn >= 1);
+    assert_near(result[0].measured_off, 0.008, 0.001);
+    expect_same(&result[0], &result[1]);
+    assert_int_equal(result[0].ndrawn, result[1].ndrawn);
+    assert_near(result[0].measured_off, result[1].measured_off, 0);
+    om_retract_result_done(&result[0]);
+    om_retract_result_done(&result[1]);
+    unlink(path);
+    rig_destroy(&g);
+}
+
 // ---- a twin that slides off ------------------------------------------------------------------------------------
 
 // A board tilted by 45 degrees: its sheet stays where it is attached well enough, and slides off otherwise. Attached at
@@ -271,6 +311,7 @@ int main(void) {
                                        cmocka_unit_test(test_a_displaced_twin_is_grasped),
                                        cmocka_unit_test(test_an_empty_jaw_looks_again),
                                        cmocka_unit_test(test_a_twin_is_drawn_to_the_tip),
+                                       cmocka_unit_test(test_a_replay_is_the_same),
                                        cmocka_unit_test(test_a_twin_that_slides_off_is_held)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
