@@ -28,7 +28,8 @@ extern "C" {
     X(OM_PREPLAN_CHOSEN, "chosen", "is chosen")                                                \
     X(OM_PREPLAN_MORE_ACTIONS, "more_actions", "exposes the ROI, but takes more actions")      \
     X(OM_PREPLAN_MORE_FORCE, "more_force", "exposes the ROI, but with more force")             \
-    X(OM_PREPLAN_FRAGILE, "fragile", "exposes the ROI, but in fewer of the changed twins")     \
+    X(OM_PREPLAN_FRAGILE, "fragile",                                                           \
+      "exposes the ROI, but in fewer of the changed twins, or by longer motions there")        \
     X(OM_PREPLAN_SPREAD, "spread",                                                             \
       "exposes the ROI, but its tissue moves otherwise in a changed twin")                     \
     X(OM_PREPLAN_HIDDEN, "hidden", "leaves the ROI hidden up to the height limit")             \
@@ -57,6 +58,7 @@ typedef struct OmPreplanPoint {  // a grasping point and the best that it reache
     int nstep;          // of the twin, of all sequences tried
     int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
     int ntwin_exposed;  // of these, in which the ROI was exposed at the end, the distance below that of state 3
+    int ntwin_alike;  // of these, without more motion than in the believed twin
     // m: largest distance, median of the surface, from the believed twin at the same step
     double spread;
     int warning;        // state of Alg. 5 that this distance would raise, 0 to 3

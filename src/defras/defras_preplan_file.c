@@ -34,6 +34,7 @@ static void write_point(OmJson* j, const OmPreplanPoint* p, int n) {
     if (p->ntwin > 0) {
         om_json_integer(j, "twins", p->ntwin);
         om_json_integer(j, "twins_exposed", p->ntwin_exposed);
+        om_json_integer(j, "twins_alike", p->ntwin_alike);
         om_json_number(j, "spread_mm", 1e3 * p->spread);
         om_json_integer(j, "warning", p->warning);
         om_json_number(j, "force_most_n", p->force_most);
@@ -127,6 +128,7 @@ static OmStatus read_twins(const Reader* r, const json_t* o, OmPreplanPoint* p) 
     double spread_mm;
     OM_TRY(read_int(r, o, "twins", 1, 100, &p->ntwin));
     OM_TRY(read_int(r, o, "twins_exposed", 0, p->ntwin, &p->ntwin_exposed));
+    OM_TRY(read_int(r, o, "twins_alike", 0, p->ntwin, &p->ntwin_alike));
     OM_TRY(read_number(r, o, "spread_mm", 0, 1e6, &spread_mm));
     OM_TRY(read_int(r, o, "warning", 0, 3, &p->warning));
     p->spread = 1e-3 * spread_mm;

@@ -11,9 +11,10 @@
 // Every SPREAD_EVERY steps the surface of the changed twin is compared with that of the believed twin at the same step,
 // as the monitor compares camera and twin: the median, over vertices of the surface, of the distance to the other
 // surface. The largest of these medians, over all twins, is the point's spread. Where the ROI is hidden at the end of
-// the path, the last motion continues as in the loop: the plan ended where the believed twin showed the ROI. Without
-// this a plan whose motion stops early was worth less than a fold to the end of its length (development seed 2305,
-// fewer: 17 actions in place of 8).
+// the path, the last motion continues as in the loop: the plan ended where the believed twin showed the ROI. Both
+// count: first whether the ROI is exposed at last, then whether the path alone exposes it. By the path alone, a fold to
+// the end of its length was preferred to a motion that stops early (development seed 2305, fewer: 17 actions in place
+// of 8); by the continued motion alone, the fold of seed 2302 came back.
 #include "defras/defras_robust.h"
 
 #include <string.h>
@@ -48,6 +49,7 @@ typedef struct Again {  // a plan that is repeated
     double force;       // N
     bool is_held;       //
     bool is_exposing;   //
+    bool is_alike;      // at the end of the path
 } Again;
 
 typedef struct Robust {
@@ -105,7 +107,7 @@ static OmStatus repeat(const Robust* r, Again* a, Worker* w, OmSurfaceTree* tree
         ++instant;
     }
     OM_TRY(om_view_look(w->attempt.view, om_body_x(body), &v));
-    a->is_exposing = v.nseen >= r->scene->task.visibility * v.npoint;
+    a->is_exposing = a->is_alike = v.nseen >= r->scene->task.visibility * v.npoint;
     if (a->is_exposing || r->is_reference) return OM_OK;
     int nstep = 0;
     return om__attempt_continue(&w->attempt, a->point->fold, a->point->arm, a->trace, r->aside,
@@ -115,7 +117,7 @@ static OmStatus repeat(const Robust* r, Again* a, Worker* w, OmSurfaceTree* tree
 // A grasp beside the planned one that holds the same vertices moves them in the same way.
 static bool is_same(const Robust* r, Again* a, uint64_t held) {
     if (r->is_reference || om_norm(r->aside) == 0 || held != a->held) return false;
-    a->is_exposing = a->plan_exposes;
+    a->is_exposing = a->is_alike = a->plan_exposes;
     a->force = a->plan_force;
     return true;
 }
@@ -130,7 +132,7 @@ static OmStatus repeat_one(void* ctx, Worker* w, int i) {
     if (r->is_reference)
         a->grasp = om_load3(om_body_x(body), w->attempt.grid->vert[a->point->block]);
     const OmPose pose = {om_add(a->grasp, r->aside), w->attempt.grid->task.q};
-    a->is_held = a->is_exposing = false;
+    a->is_held = a->is_exposing = a->is_alike = false;
     a->spread = a->force = 0;
     OmStatus status = om_body_grasp(body, a->point->arm, pose, r->scene->task.grasp_radius, &nheld);
     if (status == OM_INVALID) return OM_OK;  // all tissue in reach is attached
@@ -179,6 +181,7 @@ static void add_result(const Robust* r) {
         ++p->ntwin;
         const bool is_stopped = a->spread > r->scene->monitor.limit[2];  // for a person
         p->ntwin_exposed += a->is_held && a->is_exposing && !is_stopped;
+        p->ntwin_alike += a->is_held && a->is_alike && !is_stopped;
         p->spread = fmax(p->spread, a->spread);
         if (p->force >= 0) p->force_most = fmax(p->force_most, a->force);
         for (int k = 0; k < 3; ++k)

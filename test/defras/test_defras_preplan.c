@@ -30,7 +30,9 @@ static void any_number_of_workers_gives_the_same_plan(void** state) {
 
 // The choice by its definition: of the safest exposing points, sort by force, take three, take the fewest actions.
 static int danger(const OmPreplanPoint* p) {
-    return p->ntwin > 0 ? 10 * (p->ntwin - p->ntwin_exposed) + p->warning : 1000;
+    return p->ntwin > 0
+               ? 100 * (p->ntwin - p->ntwin_exposed) + 10 * (p->ntwin - p->ntwin_alike) + p->warning
+               : 1000;
 }
 
 static int choose(const OmPreplan* p) {
@@ -66,7 +68,8 @@ static void the_choice_is_that_of_the_thesis(void** state) {
         assert_int_equal(p->arm, b / plan.n <= 2 ? 0 : 1);
         if (p->verdict == OM_PREPLAN_MORE_ACTIONS) assert_true(p->naction > c->naction);
         if (p->verdict == OM_PREPLAN_MORE_FORCE && p->ntwin > 0) assert_true(p->force >= c->force);
-        if (p->verdict == OM_PREPLAN_FRAGILE) assert_true(p->ntwin_exposed < c->ntwin_exposed);
+        if (p->verdict == OM_PREPLAN_FRAGILE)
+            assert_true(p->ntwin_exposed < c->ntwin_exposed || p->ntwin_alike < c->ntwin_alike);
         if (p->verdict == OM_PREPLAN_SPREAD) assert_true(p->warning > c->warning);
         if (p->exposes) {
             assert_true(p->visibility >= plan.visibility);
@@ -96,6 +99,7 @@ static void any_points_are_chosen_by_the_definition(void** state) {
             if (k % 2 == 0 || !p->exposes || om_rng_uniform(&r) < 0.3) continue;
             p->ntwin = 5;
             p->ntwin_exposed = 3 + (int)om_rng_below(&r, 3);
+            p->ntwin_alike = (int)om_rng_below(&r, (uint32_t)p->ntwin_exposed + 1);
             p->warning = (int)om_rng_below(&r, 4);
         }
         om__preplan_choose(&other, 3);
@@ -113,7 +117,8 @@ static void any_points_are_chosen_by_the_definition(void** state) {
                              is_worse);
             if (is_worse)
                 assert_int_equal(p->verdict == OM_PREPLAN_FRAGILE,
-                                 p->ntwin_exposed < c->ntwin_exposed);
+                                 p->ntwin_exposed != c->ntwin_exposed ||
+                                     p->ntwin_alike != c->ntwin_alike);
             nfewer += p->exposes && p->force < c->force;
         }
     }
@@ -306,6 +311,7 @@ static void the_file_is_read_as_written(void** state) {
         assert_near(p->visibility, q->visibility, 1e-8);
         assert_int_equal(p->ntwin, q->ntwin);
         assert_int_equal(p->ntwin_exposed, q->ntwin_exposed);
+        assert_int_equal(p->ntwin_alike, q->ntwin_alike);
         assert_int_equal(p->warning, q->warning);
         assert_near(p->spread, q->spread, 1e-8);
     }

@@ -135,6 +135,7 @@ static void five_twins_are_compared(void** state) {
     const OmPreplanPoint* p = &result->point[BLOCK];
     assert_int_equal(p->ntwin, 5);
     assert_int_equal(p->ntwin_exposed, nexposed);
+    assert_int_equal(p->ntwin_alike, nexposed);  // no motion is left
     assert_near(p->spread, spread, 1e-9);
     assert_near(p->force_most, force, 1e-9);
     assert_int_equal(p->warning, 3);  // 1.4 mm with more attachments
