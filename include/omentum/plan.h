@@ -121,6 +121,8 @@ typedef struct OmPlannerDef {
     // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
     // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
+    // An arm may keep its tissue up while the other one grasps and pulls; default false: it lets go first.
+    bool has_both_arms;
     // Conflicts of the search that a solve may take, 0: no limit; default 100000. The same situations give the same
     // plans on a machine of any speed.
     int conflict_limit;
@@ -139,6 +141,8 @@ typedef struct OmPlanner OmPlanner;
 ///         OM_NO_MEMORY
 OM_API OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** planner);
 OM_API void om_planner_destroy(OmPlanner* planner);
+/// OmPlannerDef.has_both_arms of this planner.
+OM_API bool om_planner_has_both_arms(const OmPlanner* planner);
 
 /// The best plan for the situation. Only parts that are new since the last plan are grounded.
 /// @return OM_OK; OM_UNSAT (no plan within the horizon: plan is empty, om_planner_explain gives the reason);

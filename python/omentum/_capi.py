@@ -4020,6 +4020,8 @@ class OmPlannerDef(Struct):
     // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
     // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
+    // An arm may keep its tissue up while the other one grasps and pulls; default false: it lets go first.
+    bool has_both_arms;
     // Conflicts of the search that a solve may take, 0: no limit; default 100000. The same situations give the same
     // plans on a machine of any speed.
     int conflict_limit;
@@ -4034,6 +4036,7 @@ class OmPlannerDef(Struct):
     program: bytes | None
     seed: int
     has_all_distances: bool
+    has_both_arms: bool
     conflict_limit: int
     time_limit: float
 
@@ -4052,6 +4055,7 @@ class OmPreplanPoint(Struct):
     int nstep;          // of the twin, of all sequences tried
     int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
     int ntwin_exposed;  // of these, in which the ROI was exposed at the end, the distance below that of state 3
+    int ntwin_alike;  // of these, without more motion than in the believed twin
     // m: largest distance, median of the surface, from the believed twin at the same step
     double spread;
     int warning;        // state of Alg. 5 that this distance would raise, 0 to 3
@@ -4070,6 +4074,7 @@ class OmPreplanPoint(Struct):
     nstep: int
     ntwin: int
     ntwin_exposed: int
+    ntwin_alike: int
     spread: float
     warning: int
     force_most: float
@@ -4516,6 +4521,7 @@ class OmRetractDef(Struct):
     // om_loop_command. An error ends the run. Default null.
     OmStatus (*supervise)(void* ctx, OmLoop* loop);
     void* supervise_ctx;
+    bool has_both_arms;   // OmPlannerDef.has_both_arms; default false
     bool needs_approval;  // each plan waits for the person; default false
     // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
     bool records_acquisitions;
@@ -4534,6 +4540,7 @@ class OmRetractDef(Struct):
     preplan: Any
     supervise: Any
     supervise_ctx: Any
+    has_both_arms: bool
     needs_approval: bool
     records_acquisitions: bool
     has_recording: bool
@@ -6854,8 +6861,8 @@ complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_boo
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("is_forbidden", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 6), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
-complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("conflict_limit", c_int), ("time_limit", c_double)], {})
-complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int), ("ntwin", c_int), ("ntwin_exposed", c_int), ("spread", c_double), ("warning", c_int), ("force_most", c_double)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
+complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("has_both_arms", c_bool), ("conflict_limit", c_int), ("time_limit", c_double)], {})
+complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int), ("ntwin", c_int), ("ntwin_exposed", c_int), ("ntwin_alike", c_int), ("spread", c_double), ("warning", c_int), ("force_most", c_double)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
 complete(OmPreplan, [("scene", c_char * 64), ("seed", c_int), ("n", c_int), ("point", OmPreplanPoint * 256), ("chosen", c_int), ("is_exposing", c_bool), ("visibility", c_double), ("force_limit", c_double), ("ntried", c_int), ("nexposing", c_int), ("nstep", c_int64), ("reason", c_char * 256)], {})
 complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int), ("nagain", c_int)], {})
 complete(OmScanDef, [("cookie", c_uint32), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("tool", OmSenseRange), ("spacing", c_double), ("max_jump", c_double), ("min_cosine", c_double), ("min_area", c_double), ("margin", c_int), ("noise_a", c_double), ("noise_b", c_double)], {})
@@ -6869,7 +6876,7 @@ complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason"
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
 complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
-complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
+complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("has_both_arms", c_bool), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
 complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int), ("naction", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
@@ -7464,6 +7471,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_planner_default_def": (OmPlannerDef, []),
     "om_planner_destroy": (None, [c_void_p]),
     "om_planner_explain": (c_int, [c_void_p, POINTER(OmSituation), POINTER(OmPlan), c_int, POINTER(OmText)]),
+    "om_planner_has_both_arms": (c_bool, [c_void_p]),
     "om_planner_program": (c_char_p, []),
     "om_planner_solve": (c_int, [c_void_p, POINTER(OmSituation), POINTER(OmPlan)]),
     "om_point_cloud_done": (None, [POINTER(OmPointCloud)]),

@@ -37,6 +37,8 @@ static const OmCliOption option[] = {
      "the whole of chapter 6: plan before (unless --plan is given), watch the twin, learn with the network"},
     {"--supervise", NULL, NULL,
      "take commands from standard input while it runs, a line each: pause, go, slow 0.5, forbid 3 2, ..."},
+    {"--both-arms", NULL, NULL,
+     "an arm may keep its tissue up while the other one grasps and pulls"},
     {"--approve", NULL, NULL, "with --supervise: each plan waits for yes or no"},
     {"--real-time", NULL, NULL, "time passes as on the wall"},
     {"--record-acquisitions", NULL, NULL,
@@ -83,7 +85,7 @@ typedef struct Settings {
     int nworker;
     bool is_quiet;
     bool records_acquisitions, records_observations;
-    bool is_defras, has_preplan, needs_approval;
+    bool is_defras, has_preplan, needs_approval, has_both_arms;
     OmPreplan preplan;
     OmCliPerson person;
     bool needs_scene;  // false: only a text is wanted
@@ -213,6 +215,7 @@ static OmRetractDef make_def(Settings* s, const char* dir) {
         def.supervise_ctx = &s->person;
     }
     def.needs_approval = s->needs_approval;
+    def.has_both_arms = s->has_both_arms;
     def.records_observations = s->records_observations;
     return def;
 }
@@ -428,6 +431,7 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->person.reads = om_cli_get(args, "--supervise") != NULL;
     s->person.is_paced = om_cli_get(args, "--real-time") != NULL;
     s->needs_approval = om_cli_get(args, "--approve") != NULL;
+    s->has_both_arms = om_cli_get(args, "--both-arms") != NULL;
     OM_CHECK(s->person.reads || !s->needs_approval, OM_INVALID, "--approve needs --supervise");
     s->records_observations = om_cli_get(args, "--record") != NULL;
     s->first = 1;

@@ -4,8 +4,8 @@
 // tried and becomes a fact. If it exposes the ROI, it stays the best, and the others need not be tried; if it does
 // not, the program names the next one. So at most `npoint` points are tried, by the program's own cost.
 //
-// Tissue in hand is released first, and falls for FALL_TIME; attachments that are being adopted arrive meanwhile. A
-// plan that continues with tissue in hand is left alone.
+// Tissue in hand that the plan lets go is released first, and falls for FALL_TIME; attachments that are being adopted
+// arrive meanwhile. A plan that continues with tissue in hand is left alone.
 //
 // A point that exposes the ROI is repeated in a twin of half the modulus, from the same state: a layer of linear
 // elements is too stiff in bending, and a fold that needs this stiffness does not tip over in the world. A point that
@@ -110,11 +110,22 @@ static void restore(OmAhead* a, OmLoop* loop, int nbad) {
     loop->ahead_nbad += om_body_nbad(loop->twin) - nbad;
 }
 
-// Open the jaws and let the tissue fall.
-static OmStatus release(OmAhead* a, OmLoop* loop, int* nstep) {
+// The arms, a bit each, that hold tissue which the plan lets go.
+static unsigned find_released(const OmLoop* loop, const OmPlan* plan) {
+    unsigned arms = om_planner_has_both_arms(loop->planner) ? 0 : ~0u;
+    for (int k = 0; k < plan->naction; ++k)
+        if (plan->action[k].verb == OM_PLAN_RELEASE) arms |= 1u << plan->action[k].arm;
+    return arms;
+}
+
+// From the present state: open the jaws of these arms and let the tissue fall.
+static OmStatus release(OmAhead* a, OmLoop* loop, unsigned arms, int* nstep) {
+    om_body_restore(loop->twin, a->now);
+    if (loop->adoption) om_match_adoption_restore(loop->adoption, a->adoption);
     bool is_held = false,
          is_adopting = loop->adoption && om_match_adoption_is_active(loop->adoption);
     for (int k = 0; k < OM_MAX_ARM; ++k) {
+        if (!(arms >> k & 1)) continue;
         is_held |= om_body_is_holding(loop->twin, k);
         om_body_release(loop->twin, k);
     }
@@ -210,6 +221,7 @@ static void judge_fragile(OmAhead* a, OmLoop* loop, bool has_better) {
 
 static OmStatus try_points(OmAhead* a, OmLoop* loop, int* nstep) {
     bool is_released = false, is_known = true, has_better = false;
+    unsigned released = 0;
     a->nfragile = 0;
     for (int k = 0; k < a->def.npoint && is_known; ++k) {
         OmPlan plan;
@@ -217,8 +229,10 @@ static OmStatus try_points(OmAhead* a, OmLoop* loop, int* nstep) {
         if (status < 0) return status;
         const int block = plan.grasp_block;
         if (status != OM_OK || block < 0 || loop->exposure[block].is_known) break;
-        if (!is_released) OM_TRY(release(a, loop, nstep));
+        const unsigned arms = find_released(loop, &plan);
+        if (!is_released || arms != released) OM_TRY(release(a, loop, arms, nstep));
         is_released = true;
+        released = arms;
         OM_TRY(try_point(a, loop, plan.grasp_arm, block, nstep, &is_known));
         has_better |= is_known && loop->exposure[block].exposes;
     }

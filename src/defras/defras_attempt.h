@@ -22,7 +22,7 @@ void om__trace_done(Trace* trace);
 typedef struct Attempt {
     const OmSceneTask* task;
     const Grid* grid;
-    OmBody* body;  // nothing is grasped
+    OmBody* body;  // the arm of an attempt has nothing in hand
     OmView* view;
     OmPsm psm[OM_MAX_ARM];  // reach
     OmQuat q[OM_MAX_ARM];   // orientation of the tools, world frame; motions keep it
@@ -53,7 +53,7 @@ OmStatus om__attempt_step(const Attempt* attempt, int arm, OmVec3 tip, double* f
 // state.
 OmStatus om__attempt_run(const Attempt* attempt, int arm, int block, AttemptResult* result);
 // After the path of a sequence, repeated on this body, left the ROI hidden: what the loop would do, which continues the
-// last motion. A fold goes on to its length, pulls to the height limit. The body has tissue in hand.
+// last motion. A fold continues to its length, pulls to the height limit. The body has tissue in hand.
 // @param fold   of the sequence, OM_PLAN_PULL: none
 // @param trace  of the sequence
 // @param aside  of its tips the arm is, m, world frame

@@ -175,6 +175,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
     om_json_integer(&json, "attached_to_stay", loop->result.nadded);
     om_json_bool(&json, "attended", loop->is_attended);
     om_json_bool(&json, "approval", loop->needs_approval);
+    om_json_bool(&json, "both_arms", om_planner_has_both_arms(loop->planner));
     om_json_number(&json, "max_age_s", loop->max_age);
     om_json_bool(&json, "plan_before", loop->preplan != NULL);
     om_json_bool(&json, "monitor", loop->monitor != NULL);

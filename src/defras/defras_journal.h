@@ -26,7 +26,7 @@ typedef struct Replay {
     const char* belief;  // text of OM__BELIEF_FILE
     const char* site;    // path of OM__SITE_FILE
     const char* log;     // path of the observations
-    bool is_settled, is_attended, needs_approval;
+    bool is_settled, is_attended, needs_approval, has_both_arms;
     double max_age;          // s
     bool is_ready_timed;     // estimates were adopted when they were ready, at `end_tick`
     int nestimate;           //

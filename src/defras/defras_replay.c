@@ -85,6 +85,8 @@ static OmStatus read_head(Line line, Replay* r, int* grid) {
     const char* settled = find_value(line, "settled");
     const char* attended = find_value(line, "attended");
     const char* approval = find_value(line, "approval");
+    const char* both = find_value(line, "both_arms");
+    r->has_both_arms = both && both[0] == 't';
     r->is_settled = settled && settled[0] == 't';
     r->is_attended = attended && attended[0] == 't';
     r->needs_approval = approval && approval[0] == 't';

@@ -96,6 +96,7 @@ static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmPro
     OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;
+    planner.has_both_arms = replay ? replay->has_both_arms : def->has_both_arms;
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
     OM_TRY(om_planner_create(&planner, &s->planner));
     OmStatus twin = om__rest_settle(scene, s->twin, &s->nadded);

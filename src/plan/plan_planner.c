@@ -30,13 +30,14 @@ typedef enum FluentKind {
     FORBIDDEN,    // per block
     VISIBLE_ROI,  // one
     EXPLAIN,      // one
+    BOTH_ARMS,    // one
     NFLUENT_KIND
 } FluentKind;
 
 static const char* const fluent_name[NFLUENT_KIND] = {
-    "fixed",   "above_ROI",      "reachable",  "at",          "in_hand",
-    "tried",   "closed_gripper", "max_height", "max_force",   "lifted",
-    "exposes", "hidden",         "forbidden",  "visible_ROI", "explain"};
+    "fixed",          "above_ROI",   "reachable", "at",       "in_hand", "tried",
+    "closed_gripper", "max_height",  "max_force", "lifted",   "exposes", "hidden",
+    "forbidden",      "visible_ROI", "explain",   "both_arms"};
 static const char* const tried_name[3] = {"grasp", "move_ROI", "move_away"};
 static const char* const end_name[3] = {"none", "move_ROI", "move_away"};
 
@@ -56,6 +57,7 @@ static int slot(const OmPlanner* p, FluentKind kind, int item, int unit) {
                                      3 * nb * nlift,
                                      nb,
                                      nb,
+                                     1,
                                      1,
                                      1};
     for (int k = 0; k < (int)kind; k++) at += count[k];
@@ -212,7 +214,8 @@ static OmStatus find_fluents(OmPlanner* p) {
                  {HIDDEN, 1, 0, nb},
                  {FORBIDDEN, 1, 0, nb},
                  {VISIBLE_ROI, 1, 0, 1},
-                 {EXPLAIN, 1, 0, 1}};
+                 {EXPLAIN, 1, 0, 1},
+                 {BOTH_ARMS, 1, 0, 1}};
     for (size_t r = 0; r < sizeof range / sizeof range[0]; r++) {
         for (int item = 0; item < range[r].nitem; item++) {
             for (int unit = range[r].first; unit < range[r].nunit; unit++) {
@@ -444,6 +447,7 @@ static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_expl
     write_exposure(p, s, want);
     want[slot(p, VISIBLE_ROI, 0, 0)] = s->is_visible;
     want[slot(p, EXPLAIN, 0, 0)] = is_explaining;
+    want[slot(p, BOTH_ARMS, 0, 0)] = p->def.has_both_arms;
 }
 
 OmStatus om__planner_sense(OmPlanner* p, const OmSituation* s, bool is_explaining,
@@ -575,6 +579,8 @@ void om_planner_destroy(OmPlanner* p) {
     om_free(p->program_path);
     om_free(p);
 }
+
+bool om_planner_has_both_arms(const OmPlanner* p) { return p->def.has_both_arms; }
 
 OmStatus om_planner_solve(OmPlanner* p, const OmSituation* s, OmPlan* plan) {
     memset(plan, 0, sizeof *plan);

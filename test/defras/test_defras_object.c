@@ -684,8 +684,52 @@ static void test_every_allocation_may_fail(void** state) {
     assert_int_equal(om_alloc_alive(), alive);
 }
 
+// With both arms allowed the second arm grasps while the first one holds; without, the first lets go before.
+static void test_both_arms(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.max_height = scene.task.retract = 0.01;
+    scene.task.visibility = 0.99;
+    scene.task.max_actions = 14;
+    for (int both = 0; both < 2; ++both) {
+        Rig g;
+        rig_create(&g, scene);
+        OmPlannerDef def = om_planner_default_def();
+        def.max_lift = 1;
+        def.has_both_arms = both;
+        om_planner_destroy(g.planner);
+        assert_ok(om_planner_create(&def, &g.planner));
+        OmLoop* loop = make_loop(&g, NULL);
+        for (int b = 0; b < 25; ++b)
+            if (b != 12 && b != 20)
+                assert_ok(om_loop_command(loop, &(OmLoopCommand){OM_LOOP_FORBID, .block = b}));
+        bool has_held_both = false;
+        while (om_loop_phase(loop) != OM_LOOP_ENDED) {
+            assert_ok(om_loop_tick(loop));
+            has_held_both |= om_body_is_holding(g.twin, 0) && om_body_is_holding(g.twin, 1);
+        }
+        const OmRetractResult* r = om_loop_result(loop);
+        int second = -1, released = -1;
+        for (int k = 0; k < r->naction; ++k) {
+            if (second < 0 && r->action[k].verb == OM_PLAN_GRASP && r->action[k].arm == 1)
+                second = k;
+            if (released < 0 && r->action[k].verb == OM_PLAN_RELEASE) released = k;
+        }
+        for (int k = 0; k < r->naction; ++k)
+            printf("%d arm %d block %d out %d vis %g\n", r->action[k].verb, r->action[k].arm,
+                   r->action[k].block, r->action[k].outcome, r->action[k].visibility);
+        puts(r->reason);
+        assert_true(second > 0);
+        assert_int_equal(has_held_both, both);
+        assert_int_equal(released < 0 || released > second, both);
+        om_loop_destroy(loop);
+        rig_destroy(&g);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_both_arms),
         cmocka_unit_test(test_ticks_equal_a_run),
         cmocka_unit_test(test_a_listener_counts),
         cmocka_unit_test(test_pause_and_resume),
