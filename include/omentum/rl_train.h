@@ -10,8 +10,8 @@
 ///     OmRlTrainResult result;
 ///     om_rl_train_run(&def, NULL, &result);          // policy.safetensors, policy.onnx, metrics.csv, report.html
 ///
-/// The same call continues from the checkpoint and ends with the bytes of an uninterrupted training. The result is a
-/// function of definition, task and seed, for any number of workers.
+/// The policy is written with each checkpoint. The same call continues from the checkpoint and ends with the bytes of
+/// an uninterrupted training. The result is a function of definition, task and seed, for any number of workers.
 #ifndef OMENTUM_RL_TRAIN_H
 #define OMENTUM_RL_TRAIN_H
 

@@ -123,10 +123,11 @@ static OmStatus train(const OmCliArgs* args, const OmRlTask* task) {
     om_cli_figure("score", row->mean_score);
     om_cli_figure("seconds", result.seconds);
     om_cli_path(def.out_dir);
-    printf("%s%lld steps, %lld episodes, %.1f min; last 100 episodes: return %.2f, score %.3f\n"
-           "policy: %s/policy.safetensors\nreport: %s/report.html\n",
-           result.is_resumed ? "resumed: " : "", (long long)row->step, (long long)row->nepisode,
-           result.seconds / 60, row->mean_return, row->mean_score, def.out_dir, def.out_dir);
+    printf("%s%lld steps, %lld episodes, %.1f min", result.is_resumed ? "resumed: " : "",
+           (long long)row->step, (long long)row->nepisode, result.seconds / 60);
+    if (row->nepisode > 0)
+        printf("; last 100 episodes: return %.2f, score %.3f", row->mean_return, row->mean_score);
+    printf("\npolicy: %s/policy.safetensors\nreport: %s/report.html\n", def.out_dir, def.out_dir);
     om_rl_train_result_done(&result);
     return OM_OK;
 }

@@ -211,12 +211,46 @@ static OmStatus iterate(RlSession* s, double begin) {
     return OM_OK;
 }
 
+// ---- files --------------------------------------------------------------------------------------------
+
+static OmStatus save_policy(const RlSession* s) {
+    const OmRlTrainDef* def = s->def;
+    const OmRlTrainRow* last = s->nrow > 0 ? &s->row[s->nrow - 1] : NULL;
+    OmFacts facts = {0};
+    char path[1024];
+    OmStatus status = OM_OK;
+    if (def->command) OM_TRY_DONE(om_facts_add(&facts, "command", "%s", def->command));
+    OM_TRY_DONE(om_facts_add(&facts, "method", "%s", om_rl_method_name(def->method)));
+    OM_TRY_DONE(om_facts_add(&facts, "seed", "%llu", (unsigned long long)def->seed));
+    OM_TRY_DONE(om_facts_add(&facts, "steps", "%.0f", s->c.nstep));
+    OM_TRY_DONE(
+        om_facts_add(&facts, "task_settings", "%016llx", (unsigned long long)def->task->hash));
+    if (last && isfinite(last->mean_return)) {
+        OM_TRY_DONE(om_facts_add(&facts, "return", "%.6g", last->mean_return));
+        OM_TRY_DONE(om_facts_add(&facts, "score", "%.6g", last->mean_score));
+    }
+    OM_TRY_DONE(om_path_join(def->out_dir, "policy.safetensors", path, sizeof path));
+    status = om_rl_policy_save(s->learner.policy, facts.pair, facts.n, path);
+done:
+    om_facts_done(&facts);
+    return status;
+}
+
+static OmStatus keep(const RlSession* s) {
+    char path[1024];
+    OM_TRY(om_path_join(s->def->out_dir, "policy.onnx", path, sizeof path));
+    OM_TRY(om_rl_policy_save_onnx(s->learner.policy, path));
+    return om__rl_save_report(s);
+}
+
 // The checkpoint's seconds include the present part of the training.
 static OmStatus save(RlSession* s, double* begin) {
     const double now = om_clock_now();
     s->c.seconds += now - *begin;
     *begin = now;
-    return s->def->out_dir ? om__rl_checkpoint_save(s) : OM_OK;
+    if (!s->def->out_dir) return OM_OK;
+    OM_TRY(om__rl_checkpoint_save(s));
+    return save_policy(s);
 }
 
 static OmStatus clone(RlSession* s, const OmProgress* progress) {
@@ -258,34 +292,6 @@ static OmStatus loop(RlSession* s, const OmProgress* progress) {
         }
     }
     return save(s, &begin);
-}
-
-// ---- files --------------------------------------------------------------------------------------------
-
-static OmStatus keep(const RlSession* s) {
-    const OmRlTrainDef* def = s->def;
-    const OmRlTrainRow* last = s->nrow > 0 ? &s->row[s->nrow - 1] : NULL;
-    OmFacts facts = {0};
-    char path[1024];
-    OmStatus status = OM_OK;
-    if (def->command) OM_TRY_DONE(om_facts_add(&facts, "command", "%s", def->command));
-    OM_TRY_DONE(om_facts_add(&facts, "method", "%s", om_rl_method_name(def->method)));
-    OM_TRY_DONE(om_facts_add(&facts, "seed", "%llu", (unsigned long long)def->seed));
-    OM_TRY_DONE(om_facts_add(&facts, "steps", "%.0f", s->c.nstep));
-    OM_TRY_DONE(
-        om_facts_add(&facts, "task_settings", "%016llx", (unsigned long long)def->task->hash));
-    if (last && isfinite(last->mean_return)) {
-        OM_TRY_DONE(om_facts_add(&facts, "return", "%.6g", last->mean_return));
-        OM_TRY_DONE(om_facts_add(&facts, "score", "%.6g", last->mean_score));
-    }
-    OM_TRY_DONE(om_path_join(def->out_dir, "policy.safetensors", path, sizeof path));
-    OM_TRY_DONE(om_rl_policy_save(s->learner.policy, facts.pair, facts.n, path));
-    OM_TRY_DONE(om_path_join(def->out_dir, "policy.onnx", path, sizeof path));
-    OM_TRY_DONE(om_rl_policy_save_onnx(s->learner.policy, path));
-    status = om__rl_save_report(s);
-done:
-    om_facts_done(&facts);
-    return status;
 }
 
 void om_rl_train_result_done(OmRlTrainResult* r) {

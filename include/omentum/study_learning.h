@@ -1,0 +1,74 @@
+/// omentum/study_learning.h: a policy learns to retract (floor 8): thesis 5.5 and 5.6, Figs 5.7, 5.8, 5.10.
+///
+/// PPO with the thesis's reward, PPO with reward (b), GAIL and behaviour cloning are trained from several seeds. Each
+/// policy acts deterministically from every start of the evaluation, in the task of the training and in "reality".
+/// Trainings and evaluations that are finished are kept; an interrupted study continues.
+///
+///     OmStudyLearningDef def = om_study_learning_default_def("out/learning");
+///     om_study_learning_run(&def, progress, &summary);          // out/learning/report.html, study.json
+#ifndef OMENTUM_STUDY_LEARNING_H
+#define OMENTUM_STUDY_LEARNING_H
+
+#include "omentum/rl_train.h"
+#include "omentum/study.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum OmStudyLearner {
+    OM_LEARNER_THESIS,  // PPO, reward (a); only where the task has the setting reward=thesis
+    OM_LEARNER_PPO,     // PPO, reward (b)
+    OM_LEARNER_GAIL,    // reward (b) and demonstrations
+    OM_LEARNER_CLONE,   // demonstrations alone
+    OM_NLEARNER
+} OmStudyLearner;
+
+typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
+    const char* out_dir;             // borrowed
+    const char* task;                // default "retract"
+    const OmRlSetting* setting;      // of the task; default none (nsetting)
+    int nsetting;                    //
+    // more settings, for training alone; default move_mm=2, max_step=150 (ntrain_setting)
+    const OmRlSetting* train_setting;
+    int ntrain_setting;     //
+    bool has[OM_NLEARNER];  // default all
+    int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
+    int64_t nstep;          // of a training, default 60,000
+    double rate;            // learning rate; default 1e-3
+    double gail_rate;       // of GAIL; default 5e-4
+    int horizon;            // steps of each environment an iteration; default 32
+    int nepoch, batch;      // default 10, 64
+    int clone_epoch;        // epochs of cloning before GAIL; default 50
+    int ndemo;              // default 35
+    bool has_reality;       // evaluate with world=reality too; default true
+    int nworker;            // default 0: one a processor
+    OmCookie cookie;
+} OmStudyLearningDef;
+
+typedef struct OmStudyLearning {  // of a learner; means over its seeds
+    bool is_there;
+    double mean, lowest;  // score over all starts
+    // of starts in the third at the fixed side and in the third far from it; NaN unless there are 7 x 7 starts
+    double near_third, far_third;
+    double reality_mean, reality_lowest;  // NaN: not evaluated
+    double steps90;  // until 90 % of the rise of the return; NaN without a curve
+    double seconds;  // of a training
+} OmStudyLearning;
+
+typedef struct OmStudyLearningSummary {
+    OmStudyLearning by[OM_NLEARNER];
+    bool is_met;  // every bound of the page doc/rl_learning.md that was measured
+} OmStudyLearningSummary;
+
+OM_API OmStudyLearningDef om_study_learning_default_def(const char* out_dir);
+/// "ppo-thesis", "ppo", "gail", "clone"
+OM_API const char* om_study_learner_name(OmStudyLearner learner);
+/// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the same call continues); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* progress,
+                                      OmStudyLearningSummary* summary);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
