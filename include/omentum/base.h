@@ -420,8 +420,8 @@ OM_API OmStatus om_path_join(const char* dir, const char* name, char* out, size_
 /// The folder part of `path` into out, "." if none.
 /// @return OM_OK; OM_INVALID (longer than `size`)
 OM_API OmStatus om_path_dir(const char* path, char* out, size_t size);
-/// A file that comes along with the program ("weights/phantom.safetensors"): installed in ../share/omentum beside the
-/// program, in the sources around the build folder, or beside the program. Linux only.
+/// A file that comes along ("weights/phantom.safetensors"): in ../share/omentum beside program or library, in ../share
+/// beside the library (the Python package), in the sources around the build folder, beside the program. Linux only.
 /// @return OM_OK; OM_IO (not there); OM_INVALID (longer than `size`)
 OM_API OmStatus om_path_share(const char* name, char* out, size_t size);
 /// The extension of `path` in lower case without the dot into out ("nii.gz" counts as one), "" if none.

@@ -14,6 +14,7 @@ from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemor
 from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
 from .ct import CT_LABELS, label_ct, make_ct
+from .check import check_engine
 from .engine import Engine, EngineStep
 from .law import Law, check_law, smooth_log, smooth_power
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
