@@ -1,9 +1,72 @@
 // cli_rl.c: tasks of omentum rl from the command line.
 #include "cli_rl.h"
 
+#include <stddef.h>
 #include <string.h>
 
+#include "omentum/scene_yaml.h"
+
 enum { MAX_SETTING = 64, KEY = 64 };
+
+static const OmYamlField setting_field[] = {
+    {"key", OM_YAML_STRING, 0, .size = 64, .is_required = true},
+    {"value", OM_YAML_STRING, 64, .size = OM_CLI_RL_TEXT, .is_required = true},
+};
+static const OmYamlSchema setting_schema = {"setting", setting_field, 2};
+
+// A text for each option of the table, and the list of settings.
+static OmStatus read_file(const OmCliArgs* args, const char* path, OmCliRlWords* w) {
+    OmYamlField field[OM_CLI_RL_OPTION + 1];
+    int n = 0;
+    OM_CHECK(args->noption <= OM_CLI_RL_OPTION, OM_INVALID, "too many options");
+    for (int i = 0; i < args->noption; ++i) {
+        const char* name = args->option[i].name + 2;
+        if (strcmp(name, "config") == 0 || strcmp(name, "set") == 0) continue;
+        field[n++] =
+            (OmYamlField){.key = name,
+                          .kind = OM_YAML_STRING,
+                          .offset = offsetof(OmCliRlWords, text) + (size_t)i * OM_CLI_RL_TEXT,
+                          .size = OM_CLI_RL_TEXT};
+    }
+    field[n++] = (OmYamlField){.key = "set",
+                               .kind = OM_YAML_LIST,
+                               .offset = offsetof(OmCliRlWords, setting),
+                               .size = sizeof w->setting[0],
+                               .sub = &setting_schema,
+                               .count_offset = offsetof(OmCliRlWords, nsetting),
+                               .capacity = OM_CLI_RL_SETTING};
+    const OmYamlSchema schema = {"options", field, n};
+    return om_yaml_load(path, &schema, w);
+}
+
+OmStatus om_cli_rl_config(OmCliArgs* args, OmCliRlWords* w) {
+    const char* path = om_cli_get(args, "--config");
+    int n = 0, nword = 0;
+    if (!path) return OM_OK;
+    memset(w, 0, sizeof *w);
+    OM_TRY(read_file(args, path, w));
+    OM_CHECK(args->argc < 256, OM_INVALID, "too many words");
+    w->argv[n++] = args->argv[0];
+    for (int i = 0; i < args->noption; ++i) {
+        const OmCliOption* o = &args->option[i];
+        if (!w->text[i][0]) continue;
+        bool is_flag = o->arg == NULL, is_off = is_flag && strcmp(w->text[i], "false") == 0;
+        OM_CHECK(!is_flag || is_off || strcmp(w->text[i], "true") == 0, OM_INVALID,
+                 "%s: %s is \"%s\", must be true or false", path, o->name + 2, w->text[i]);
+        if (is_off) continue;
+        snprintf(w->word[nword], sizeof w->word[0], is_flag ? "%s" : "%s=%s", o->name, w->text[i]);
+        w->argv[n++] = w->word[nword++];
+    }
+    for (int i = 0; i < w->nsetting; ++i) {
+        snprintf(w->word[nword], sizeof w->word[0], "--set=%s=%s", w->setting[i].key,
+                 w->setting[i].value);
+        w->argv[n++] = w->word[nword++];
+    }
+    for (int i = 1; i < args->argc; ++i) w->argv[n++] = args->argv[i];
+    args->argc = n;
+    args->argv = w->argv;
+    return OM_OK;
+}
 
 OmStatus om_cli_rl_task(const OmCliArgs* args, OmRlTask** task) {
     OmRlSetting setting[MAX_SETTING];

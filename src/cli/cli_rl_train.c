@@ -7,6 +7,7 @@
 
 static const OmCliOption option[] = {
     OM_CLI_RL_TASK,
+    {"--config", "-c", "FILE", "YAML with options by their names; the command line is stronger"},
     {"--output", "-o", "DIR", "policy, report, and the checkpoint from which training continues"},
     {"--method", "-m", "NAME", "ppo, gail or clone", "ppo"},
     {"--steps", "-n", "N", "steps of all environments together", "1000000", NULL, 1, 2e9},
@@ -136,7 +137,9 @@ int om_cli_rl_train(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
     OmRlTask* task = NULL;
-    OmStatus status = om_cli_check(&args, 0, &npositional);
+    OmCliRlWords words;
+    OmStatus status = om_cli_rl_config(&args, &words);
+    if (status >= 0) status = om_cli_check(&args, 0, &npositional);
     if (status >= 0 && om_cli_get(&args, "--task") &&
         strcmp(om_cli_get(&args, "--task"), "list") == 0) {
         om_cli_rl_list();

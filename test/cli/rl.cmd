@@ -33,6 +33,24 @@ out ^episode,return,score,steps,ended$
 $ omentum rl eval -t cart-pole --random -q
 exit 1
 out ^100 episodes: return [0-9.]+, lowest
+# Options from a file: the same policy as with them on the command line, which is stronger.
+write options.yaml
+    task: reach
+    set:
+      - {key: step, value: 0.1}
+    steps: 4096
+    environments: 8
+    gail-actions: false
+    quiet: true
+$ $OMENTUM rl train -c options.yaml -n 1024 -o file > /dev/null && $OMENTUM rl train -t reach -s step=0.1 -n 1024 --environments 8 -q -o words > /dev/null && tail -c 20000 file/policy.safetensors | cksum > a && tail -c 20000 words/policy.safetensors | cksum | cmp - a && echo same
+exit 0
+out ^same$
+$ echo 'stepps: 3' > bad.yaml; $OMENTUM rl train -t reach -c bad.yaml -o x
+exit 2
+err bad.yaml.*steps
+$ echo 'quiet: maybe' > bad.yaml; $OMENTUM rl train -t reach -c bad.yaml -o x
+exit 2
+err must be true or false
 # bad input
 $ omentum rl train -t reach -n 2048 --gamma 0.9 -q -o ppo
 exit 3
