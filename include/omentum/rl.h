@@ -108,6 +108,9 @@ typedef struct OmRlVecDef {
     int nworker;           // 0 (default): one per processor; the same bytes for any
     uint64_t seed;         // default 1
     bool has_info;         // final_info is computed; default true
+    // Where an episode ends, the next one begins in the same step; default true. If false, the environment keeps its
+    // last state, and must be reset before the next step.
+    bool has_autoreset;
 } OmRlVecDef;
 OM_API OmRlVecDef om_rl_vec_default_def(const OmRlTask* task);
 
@@ -121,6 +124,8 @@ OM_API int om_rl_vec_nenv(const OmRlVec* vec);
 /// @param obs  (nenv x nobservation)
 /// @return OM_OK; an error of the task, the message names the environment
 OM_API OmStatus om_rl_vec_reset(OmRlVec* vec, float* obs);
+/// Another seed: the next reset begins episode 0 of this seed, as in a new vector.
+OM_API void om_rl_vec_set_seed(OmRlVec* vec, uint64_t seed);
 /// Begin the next episode of one environment at a start of the evaluation.
 /// @param start  0 to nstart - 1; -1: drawn
 /// @param obs    (nobservation)
@@ -139,10 +144,11 @@ typedef struct OmRlStep {
     int* final_length;     // steps (nenv)
 } OmRlStep;
 #define OM_RL_WAIT (-1)  // first component of an action: the environment is not stepped
-/// Step every environment. Where an episode ends, the next one begins in the same call. An environment that waits has
-/// reward 0 and no end.
+/// Step every environment. Where an episode ends, the next one begins in the same call (has_autoreset). An environment
+/// that waits has reward 0 and no end.
 /// @param action  (nenv x naction)
-/// @return OM_OK; OM_INVALID (an action out of range, or no reset before: nothing was changed); an error of the task
+/// @return OM_OK; OM_INVALID (an action out of range, or no reset before or after an end without autoreset: nothing was
+///         changed); an error of the task
 OM_API OmStatus om_rl_vec_step(OmRlVec* vec, const int* action, const OmRlStep* out);
 
 /// The infos of an environment now (ninfo values).

@@ -5446,6 +5446,9 @@ class OmRlVecDef(Struct):
     int nworker;           // 0 (default): one per processor; the same bytes for any
     uint64_t seed;         // default 1
     bool has_info;         // final_info is computed; default true
+    // Where an episode ends, the next one begins in the same step; default true. If false, the environment keeps its
+    // last state, and must be reset before the next step.
+    bool has_autoreset;
 } OmRlVecDef;"""
     cookie: int
     task: Any
@@ -5453,6 +5456,7 @@ class OmRlVecDef(Struct):
     nworker: int
     seed: int
     has_info: bool
+    has_autoreset: bool
 
 
 class OmRlStep(Struct):
@@ -6925,7 +6929,7 @@ complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_
 complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("hash", c_uint64)], {})
 complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
 complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
-complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool)], {})
+complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool), ("has_autoreset", c_bool)], {})
 complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
 complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("seed", c_uint64)], {"activation": OmActivation})
@@ -7616,6 +7620,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_vec_reset_one": (c_int, [c_void_p, c_int, c_int, c_void_p]),
     "om_rl_vec_restore": (c_int, [c_void_p, c_void_p]),
     "om_rl_vec_save": (None, [c_void_p, c_void_p]),
+    "om_rl_vec_set_seed": (None, [c_void_p, c_uint64]),
     "om_rl_vec_size": (c_size_t, [c_void_p]),
     "om_rl_vec_step": (c_int, [c_void_p, c_void_p, POINTER(OmRlStep)]),
     "om_rl_vec_task": (POINTER(OmRlTask), [c_void_p]),

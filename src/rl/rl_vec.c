@@ -14,7 +14,7 @@ enum { MESSAGE = 256, MAX_ENV = 65536 };
 
 typedef struct Env {  // what is saved, beside the state's bytes
     int64_t episode;  // number of the present one; -1: none yet
-    int64_t length;   // steps of the episode
+    int64_t length;   // steps of the episode; -1: it is over, and not reset
     double sum;       // of its rewards
 } Env;
 
@@ -36,7 +36,12 @@ typedef struct Head {  // of a saved block
 } Head;
 
 OmRlVecDef om_rl_vec_default_def(const OmRlTask* task) {
-    return (OmRlVecDef){.cookie = COOKIE, .task = task, .nenv = 8, .seed = 1, .has_info = true};
+    return (OmRlVecDef){.cookie = COOKIE,
+                        .task = task,
+                        .nenv = 8,
+                        .seed = 1,
+                        .has_info = true,
+                        .has_autoreset = true};
 }
 
 OmStatus om_rl_vec_create(const OmRlVecDef* def, OmRlVec** vec) {
@@ -128,6 +133,11 @@ OmStatus om_rl_vec_reset(OmRlVec* vec, float* obs) {
     return first_failure(vec);
 }
 
+void om_rl_vec_set_seed(OmRlVec* vec, uint64_t seed) {
+    vec->def.seed = seed;
+    for (int i = 0; i < vec->def.nenv; ++i) vec->env[i].episode = -1;
+}
+
 static OmStatus check_env(const OmRlVec* vec, int env) {
     OM_CHECK(env >= 0 && env < vec->def.nenv, OM_INVALID, "no environment %d of %d", env,
              vec->def.nenv);
@@ -146,7 +156,7 @@ OmStatus om_rl_vec_reset_one(OmRlVec* vec, int env, int start, float* obs) {
 
 // ---- steps --------------------------------------------------------------------------------------------
 
-// The last observation, infos, return and length of an episode; then the next episode.
+// The last observation, infos, return and length of an episode; then the next episode, with autoreset.
 static OmStatus end_episode(const Call* c, int i) {
     OmRlVec* v = c->vec;
     const OmRlTask* task = v->def.task;
@@ -157,7 +167,9 @@ static OmStatus end_episode(const Call* c, int i) {
     if (out->final_length) out->final_length[i] = (int)v->env[i].length;
     if (out->final_info && v->def.has_info && task->ops->info)
         OM_TRY(task->ops->info(task, v->state[i], out->final_info + (ptrdiff_t)i * task->ninfo));
-    return begin_episode(v, i, -1);
+    if (v->def.has_autoreset) return begin_episode(v, i, -1);
+    v->env[i].length = -1;
+    return OM_OK;
 }
 
 static OmStatus step_one(const Call* c, int i) {
@@ -167,13 +179,14 @@ static OmStatus step_one(const Call* c, int i) {
     double reward = 0;
     bool is_terminated = false;
     const int* action = c->action + (ptrdiff_t)i * task->naction;
-    if (action[0] != OM_RL_WAIT) {
+    bool is_waiting = action[0] == OM_RL_WAIT;
+    if (!is_waiting) {
         OM_TRY(task->ops->step(task, v->state[i], action, &reward, &is_terminated));
         ++v->env[i].length;
     }
     OM_CHECK(isfinite(reward), OM_INVALID, "task %s: a reward that is not finite", task->name);
     v->env[i].sum += reward;
-    bool is_truncated = v->env[i].length >= task->max_step && !is_terminated;
+    bool is_truncated = !is_waiting && !is_terminated && v->env[i].length >= task->max_step;
     if (out->reward) out->reward[i] = reward;
     if (out->is_terminated) out->is_terminated[i] = is_terminated;
     if (out->is_truncated) out->is_truncated[i] = is_truncated;
@@ -192,9 +205,11 @@ static void step_block(void* ctx, int begin, int end, int block) {
 OmStatus om_rl_vec_step(OmRlVec* vec, const int* action, const OmRlStep* out) {
     const OmRlTask* task = vec->def.task;
     for (int i = 0; i < vec->def.nenv; ++i) {
+        bool is_waiting = action[(ptrdiff_t)i * task->naction] == OM_RL_WAIT;
         OM_CHECK(vec->env[i].episode >= 0, OM_INVALID, "environment %d: reset comes before step",
                  i);
-        bool is_waiting = action[(ptrdiff_t)i * task->naction] == OM_RL_WAIT;
+        OM_CHECK(vec->env[i].length >= 0 || is_waiting, OM_INVALID,
+                 "environment %d: its episode is over; reset it", i);
         for (int k = 0; k < task->naction && !is_waiting; ++k) {
             int a = action[(ptrdiff_t)i * task->naction + k];
             OM_CHECK(a >= 0 && a < task->nchoice[k], OM_INVALID,

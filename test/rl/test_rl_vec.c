@@ -149,6 +149,62 @@ static void test_truncation(void** state) {
 }
 
 // States of Gymnasium 1.4's CartPole-v1 after 1, 10 and 20 actions from (0.01, -0.02, 0.03, 0.04).
+// Without autoreset an environment keeps its last state and is refused until it is reset; its next episode is the one
+// that autoreset begins.
+static void test_without_autoreset(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("cart-pole");
+    OmRlVecDef def = om_rl_vec_default_def(task);
+    OmRlVec *a, *b;
+    float obs_a[2][4], obs_b[2][4], final_obs[2][4];
+    bool done_a[2] = {false, false}, done_b[2];
+    int right[2] = {1, 1}, rest[2] = {OM_RL_WAIT, OM_RL_WAIT};
+    def.nenv = 2;
+    assert_true(def.has_autoreset);
+    assert_ok(om_rl_vec_create(&def, &a));
+    def.has_autoreset = false;
+    assert_ok(om_rl_vec_create(&def, &b));
+    assert_ok(om_rl_vec_reset(a, obs_a[0]));
+    assert_ok(om_rl_vec_reset(b, obs_b[0]));
+    for (int t = 0; t < 100 && !done_a[0]; ++t) {  // until the pole of environment 0 falls
+        right[1] = t % 2;
+        assert_ok(om_rl_vec_step(
+            a, right,
+            &(OmRlStep){.obs = obs_a[0], .is_terminated = done_a, .final_obs = final_obs[0]}));
+        assert_ok(om_rl_vec_step(b, right, &(OmRlStep){.obs = obs_b[0], .is_terminated = done_b}));
+        assert_memory_equal(done_a, done_b, sizeof done_a);
+    }
+    assert_true(done_a[0] && !done_a[1]);
+    assert_memory_equal(obs_b[0], final_obs[0],
+                        sizeof obs_b[0]);  // the last state, not the next start
+    assert_memory_equal(obs_b[1], obs_a[1], sizeof obs_b[1]);
+    assert_status(om_rl_vec_step(b, right, &(OmRlStep){.obs = obs_b[0]}), OM_INVALID);
+    assert_ok(om_rl_vec_step(b, rest, &(OmRlStep){.obs = obs_b[0], .is_terminated = done_b}));
+    assert_false(done_b[0]);
+    // a saved end is an end
+    void* block = om_alloc(om_rl_vec_size(b), 1);
+    om_rl_vec_save(b, block);
+    assert_ok(om_rl_vec_reset_one(b, 0, -1, obs_b[0]));
+    assert_memory_equal(obs_b[0], obs_a[0], sizeof obs_b[0]);
+    assert_ok(om_rl_vec_step(b, right, &(OmRlStep){.obs = obs_b[0]}));
+    assert_ok(om_rl_vec_restore(b, block));
+    assert_status(om_rl_vec_step(b, right, &(OmRlStep){.obs = obs_b[0]}), OM_INVALID);
+    om_free(block);
+
+    // the seed of another vector
+    om_rl_vec_set_seed(b, 5);
+    assert_status(om_rl_vec_step(b, right, &(OmRlStep){.obs = obs_b[0]}), OM_INVALID);
+    assert_ok(om_rl_vec_reset(b, obs_b[0]));
+    om_rl_vec_destroy(a);
+    def.seed = 5;
+    assert_ok(om_rl_vec_create(&def, &a));
+    assert_ok(om_rl_vec_reset(a, obs_a[0]));
+    assert_memory_equal(obs_a, obs_b, sizeof obs_a);
+    om_rl_vec_destroy(a);
+    om_rl_vec_destroy(b);
+    om_rl_task_destroy(task);
+}
+
 static void test_cart_pole_numbers(void** state) {
     (void)state;
     static const int action[20] = {1, 0, 0, 1, 1, 1, 0, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
@@ -289,6 +345,7 @@ int main(void) {
         cmocka_unit_test(test_workers_and_resume),
         cmocka_unit_test(test_episodes),
         cmocka_unit_test(test_truncation),
+        cmocka_unit_test(test_without_autoreset),
         cmocka_unit_test(test_cart_pole_numbers),
         cmocka_unit_test(test_starts),
         cmocka_unit_test(test_experts),
