@@ -27,6 +27,7 @@ from .press import Press, PressReport, Probe
 from .recording import Recorder, Recording
 from .report import Chart, Picture, Report
 from .retract import Listener, Loop, RetractResult, retract
+from .rl import RlStep, RlTask, RlVec, rl_tasks
 from .scene import Body, Scene, Site
 from .tissue import Embedding, StepReport, Tissue, register_engine
 from .volume import Volume, load_png, save_png

@@ -248,19 +248,39 @@ def refuse_fork(what: str) -> None:
 
 
 class Handle:
-    """Owns one object of C, and keeps alive what it borrows."""
+    """Owns one object of C, and keeps alive what it borrows.
 
-    __slots__ = ("__weakref__", "_destroy", "address", "keep")
+    The garbage collector finalises the objects of a cycle in any order. A handle that others still use therefore destroys its
+    object with the last of them.
+    """
+
+    __slots__ = ("__weakref__", "_destroy", "_is_dead", "_users", "address", "keep")
 
     def __init__(self, address: Any, destroy: Any, *keep: Any) -> None:
         self.address = address
         self._destroy = destroy
+        self._is_dead = False
+        self._users: set[int] = set()  # of handles that keep this one
         self.keep = keep
+        for one in keep:
+            if isinstance(one, Handle):
+                one._users.add(id(self))
 
     def __del__(self) -> None:
+        self._is_dead = True
+        self._release()
+
+    def _release(self) -> None:
+        if not self._is_dead or self._users:
+            return
         if self.address is not None:
             self._destroy(self.address)
             self.address = None
+        keep, self.keep = self.keep, ()
+        for one in keep:
+            if isinstance(one, Handle):
+                one._users.discard(id(self))
+                one._release()
 
 
 class Owner:
