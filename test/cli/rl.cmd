@@ -82,3 +82,11 @@ err give a policy
 $ omentum rl train -t list
 exit 0
 out ^cart-pole
+# Exposure by grasping place.
+$ omentum rl survey -t reach
+exit 3
+err needs a task made by om_rl_retract_create
+$ omentum rl survey -t retract --json
+exit 0
+out "near": 0,
+out "best": 1,
