@@ -63,6 +63,8 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     OmVec3 target;                      // p_T
     OmVec3 workspace_lo, workspace_hi;  // the tip stays inside; positions are normalised by it
     OmInstrument instrument;            // default OM_LARGE_NEEDLE_DRIVER
+    // file of the dVRK that replaces it (om_psm_load_instrument), borrowed for create; default null
+    const char* instrument_file;
     OmCamera endoscope;
     int picture_width, picture_height;  // of render; default 84 x 84
     // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm

@@ -34,6 +34,15 @@ typedef struct OmPsm {
 } OmPsm;
 
 OM_API OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm);
+/// Replace the instrument: length and limits of the wrist, and limits of the jaw, from a file of the dVRK's
+/// configuration (share/tool/*.json, comments allowed). Only wrists of the form of the two instruments above.
+/// @return OM_OK; OM_INVALID (the message names the line or the key); OM_UNAVAILABLE (another form of wrist);
+///         OM_NO_MEMORY; OM_IO; psm is unchanged on error
+OM_API OmStatus om_psm_load_instrument(const char* path, OmPsm* psm);
+/// The same from memory; `name` is the file's in messages.
+/// @return as om_psm_load_instrument, without OM_IO
+OM_API OmStatus om_psm_parse_instrument(const char* text, size_t size, const char* name,
+                                        OmPsm* psm);
 /// "yaw", "pitch", "insertion", "roll", "wrist pitch", "wrist yaw".
 OM_API const char* om_psm_joint_name(int joint);
 

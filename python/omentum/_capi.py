@@ -5602,6 +5602,8 @@ class OmRlRetractDef(Struct):
     OmVec3 target;                      // p_T
     OmVec3 workspace_lo, workspace_hi;  // the tip stays inside; positions are normalised by it
     OmInstrument instrument;            // default OM_LARGE_NEEDLE_DRIVER
+    // file of the dVRK that replaces it (om_psm_load_instrument), borrowed for create; default null
+    const char* instrument_file;
     OmCamera endoscope;
     int picture_width, picture_height;  // of render; default 84 x 84
     // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm
@@ -5644,6 +5646,7 @@ class OmRlRetractDef(Struct):
     workspace_lo: Numbers
     workspace_hi: Numbers
     instrument: Choice[OmInstrument]
+    instrument_file: bytes | None
     endoscope: OmCamera
     picture_width: int
     picture_height: int
@@ -6936,7 +6939,7 @@ complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobserva
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
-complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
 complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
@@ -7527,6 +7530,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_psm_jacobian": (None, [POINTER(OmPsm), c_void_p, c_void_p]),
     "om_psm_joint_name": (c_char_p, [c_int]),
     "om_psm_joint_torque": (None, [POINTER(OmPsm), c_void_p, OmVec3, OmVec3, c_void_p]),
+    "om_psm_load_instrument": (c_int, [c_char_p, POINTER(OmPsm)]),
+    "om_psm_parse_instrument": (c_int, [c_char_p, c_size_t, c_char_p, POINTER(OmPsm)]),
     "om_psm_surface": (c_int, [POINTER(OmPsm), c_void_p, c_double, POINTER(OmSurface)]),
     "om_psm_surface_update": (None, [POINTER(OmPsm), c_void_p, c_double, POINTER(OmSurface)]),
     "om_quantile": (c_double, [c_void_p, c_int, c_double]),
@@ -8204,6 +8209,8 @@ STATUS = frozenset([
     "om_probe_get_surface",
     "om_progress_report",
     "om_psm_inverse",
+    "om_psm_load_instrument",
+    "om_psm_parse_instrument",
     "om_psm_surface",
     "om_recorder_create",
     "om_recording_add_step",

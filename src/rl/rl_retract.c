@@ -197,6 +197,8 @@ static OmStatus make_robot(OmRlRetract* t) {
     // at zero the shaft points along -z of the base
     base.q = om_quat_mul(base.q, om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI));
     t->psm = om_psm_default(d->instrument, base);
+    if (d->instrument_file) OM_TRY(om_psm_load_instrument(d->instrument_file, &t->psm));
+    t->def.instrument_file = NULL;
     double q[OM_PSM_NJOINT] = {0, 0, 0.12, 0, 0, 0};
     t->tip_q = om_psm_forward(&t->psm, q).q;
     for (int k = 0; k < 8; ++k) {

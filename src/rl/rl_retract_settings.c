@@ -65,6 +65,10 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
             def->cluster_stiffness = 0.361;
         return OM_OK;
     }
+    if (strcmp(s->key, "instrument") == 0) {
+        def->instrument_file = s->value;
+        return OM_OK;
+    }
     if (strcmp(s->key, "world") == 0) {
         OM_CHECK(strcmp(s->value, "training") == 0 || strcmp(s->value, "reality") == 0, OM_INVALID,
                  "task retract: world is \"%s\"; it must be training or reality", s->value);
@@ -76,7 +80,7 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
 }
 
 static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
-    const char* known[NSETTING + 4];
+    const char* known[NSETTING + 5];
     bool is_used;
     OM_TRY(use_word(s, def, &is_used));
     if (is_used) return OM_OK;
@@ -98,7 +102,7 @@ static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
     }
     for (int k = 0; k < NSETTING; ++k) known[k] = table[k].key;
     known[NSETTING] = "reward", known[NSETTING + 1] = "tissue", known[NSETTING + 2] = "world";
-    known[NSETTING + 3] = NULL;
+    known[NSETTING + 3] = "instrument", known[NSETTING + 4] = NULL;
     return om__rl_setting_unknown("retract", s, known);
 }
 

@@ -253,6 +253,51 @@ static void the_drawing_follows_the_joints(void** state) {
     om_surface_done(&fresh);
 }
 
+// The dVRK's own files give the numbers that are written in the source, and those of other instruments.
+static void instruments_are_read_from_files(void** state) {
+    (void)state;
+    OmPsm lnd = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity()), read = lnd;
+    read.wrist = 0;
+    for (int k = 3; k < 6; ++k) read.q_min[k] = read.q_max[k] = 0;
+    assert_ok(om_psm_load_instrument(test_data("dvrk/LARGE_NEEDLE_DRIVER_400006.json"), &read));
+    assert_near(read.wrist, lnd.wrist, 0);
+    for (int k = 0; k < 6; ++k) {
+        assert_near(read.q_min[k], lnd.q_min[k], 1e-9);
+        assert_near(read.q_max[k], lnd.q_max[k], 1e-9);
+    }
+    assert_near(read.jaw_min, lnd.jaw_min, 1e-9);
+    assert_ok(om_psm_load_instrument(test_data("dvrk/PROGRASP_FORCEPS_400093.json"), &read));
+    assert_near(read.wrist, om_psm_default(OM_PROGRASP, om_pose_identity()).wrist, 0);
+    assert_ok(om_psm_load_instrument(test_data("dvrk/CADIERE_FORCEPS_400049.json"), &read));
+    assert_near(read.wrist, 0.0091, 0);
+    OmPsm before = read;
+    assert_status(om_psm_load_instrument(test_data("dvrk/PSM.json"), &read), OM_UNAVAILABLE);
+    assert_memory_equal(&read, &before, sizeof read);
+}
+
+// Comments are blanks, slashes in names are not comments, other wrists are refused.
+static void instruments_of_another_form_are_refused(void** state) {
+    (void)state;
+    static const char form[] =
+        "/* \"a\" // */ {\"DH\": {\"convention\": \"modified\", \"joints\": [ // three\n"
+        "{\"name\": \"a//b\", \"alpha\": 0, \"A\": 0, \"theta\": 0, \"D\": %g, \"offset\": 0, \"qmin\": -1, "
+        "\"qmax\": 1},\n{\"alpha\": -1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, \"offset\": -1.5708, \"qmin\": "
+        "-1, \"qmax\": 1},\n{\"alpha\": -1.5708, \"A\": 0.01, \"theta\": 0, \"D\": 0, \"offset\": -1.5708, "
+        "\"qmin\": -1, \"qmax\": %g}]}, \"jaw\": {\"qmin\": 0, \"qmax\": 1}}%s";
+    char text[1024];
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    int n = snprintf(text, sizeof text, form, 0.4162, 1.0, " // end");
+    assert_ok(om_psm_parse_instrument(text, (size_t)n, "x.json", &psm));
+    assert_near(psm.wrist, 0.01, 0);
+    n = snprintf(text, sizeof text, form, 0.3, 1.0, "");
+    assert_status(om_psm_parse_instrument(text, (size_t)n, "x.json", &psm), OM_UNAVAILABLE);
+    n = snprintf(text, sizeof text, form, 0.4162, -2.0, "");
+    assert_status(om_psm_parse_instrument(text, (size_t)n, "x.json", &psm), OM_INVALID);
+    n = snprintf(text, sizeof text, form, 0.4162, 1.0, "}");
+    assert_status(om_psm_parse_instrument(text, (size_t)n, "x.json", &psm), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "x.json:4"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forward_matches_published_values),
@@ -264,6 +309,8 @@ int main(void) {
         cmocka_unit_test(the_drawn_tool_is_closed_and_ends_at_the_tip),
         cmocka_unit_test(capsules_enclose_the_drawn_tool),
         cmocka_unit_test(the_drawing_follows_the_joints),
+        cmocka_unit_test(instruments_are_read_from_files),
+        cmocka_unit_test(instruments_of_another_form_are_refused),
         cmocka_unit_test(refused_memory_leaks_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
