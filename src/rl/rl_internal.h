@@ -13,6 +13,7 @@
 // Kinds of tasks, each in its own file.
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
+OmStatus om__rl_expose_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_retract_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 
 // Read a setting as a number from lo to hi.

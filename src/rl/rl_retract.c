@@ -186,26 +186,22 @@ static OmStatus make_tissue(OmRlRetract* t) {
     return om_contact_create(&contact, t->tissue, &t->contact);
 }
 
-// ---- the robot --------------------------------------------------------------------------------------
+// ---- the robot, behind the kidney ------------------------------------------------------------------
 
-// Behind the kidney and to the right of the endoscope; jaws point at the middle of the workspace.
-static OmStatus make_robot(OmRlRetract* t) {
-    const OmRlRetractDef* d = &t->def;
-    OmVec3 rcm = om_vec3(0.040, -0.050, 0.158);
-    OmVec3 middle = om_lerp(d->workspace_lo, d->workspace_hi, 0.5);
-    OmPose base = om_pose_look_at(rcm, middle, om_vec3(0, 0, 1));
+OmStatus om__rl_place_psm(const OmRlRetractDef* def, double side, OmPsm* psm, OmQuat* tip_q) {
+    OmVec3 rcm = om_vec3(0.040, side * 0.050, 0.158), lo = def->workspace_lo,
+           hi = def->workspace_hi;
+    OmPose base = om_pose_look_at(rcm, om_lerp(lo, hi, 0.5), om_vec3(0, 0, 1));
     // at zero the shaft points along -z of the base
     base.q = om_quat_mul(base.q, om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI));
-    t->psm = om_psm_default(d->instrument, base);
-    if (d->instrument_file) OM_TRY(om_psm_load_instrument(d->instrument_file, &t->psm));
-    t->def.instrument_file = NULL;
+    *psm = om_psm_default(def->instrument, base);
+    if (def->instrument_file) OM_TRY(om_psm_load_instrument(def->instrument_file, psm));
     double q[OM_PSM_NJOINT] = {0, 0, 0.12, 0, 0, 0};
-    t->tip_q = om_psm_forward(&t->psm, q).q;
+    *tip_q = om_psm_forward(psm, q).q;
     for (int k = 0; k < 8; ++k) {
-        OmVec3 lo = d->workspace_lo, hi = d->workspace_hi;
         OmPose tip = {om_vec3(k & 1 ? hi.x : lo.x, k & 2 ? hi.y : lo.y, k & 4 ? hi.z : lo.z),
-                      t->tip_q};
-        OM_TRY(om_psm_inverse(&t->psm, tip, q, q));
+                      *tip_q};
+        OM_TRY(om_psm_inverse(psm, tip, q, q));
     }
     return OM_OK;
 }
@@ -223,11 +219,15 @@ static int find_vertex(const OmRlRetract* t, double along, double across) {
     return best;
 }
 
+OmVec3 om__rl_rest_place(const OmRlRetract* t, double along, double across) {
+    return om_load3(t->rest_x, find_vertex(t, along, across));
+}
+
 // What follows from the fat at rest.
 static OmStatus use_rest(OmRlRetract* t) {
     const OmRlRetractDef* d = &t->def;
     t->goal_along = d->goal_along;
-    t->goal = om_load3(t->rest_x, find_vertex(t, d->goal_along, 0));
+    t->goal = om__rl_rest_place(t, d->goal_along, 0);
     t->fat_lo = om_vec3(INFINITY, INFINITY, INFINITY), t->fat_hi = om_scale(-1, t->fat_lo);
     for (int i = 0; i < t->nvert; ++i) {
         t->fat_lo = om_min3(t->fat_lo, om_load3(t->rest_x, i));
@@ -284,7 +284,8 @@ static OmStatus fill(OmRlRetract* t) {
     t->true_q = om__rl_ground_top(&t->ground, d->tumour_x + d->kidney_shift.x,
                                   d->tumour_y + d->kidney_shift.y, &n);
     t->q = om_sub(t->true_q, d->kidney_shift);
-    OM_TRY(make_robot(t));
+    OM_TRY(om__rl_place_psm(d, -1, &t->psm, &t->tip_q));
+    t->def.instrument_file = NULL;
     OM_TRY(om__rl_settle(t));
     OM_TRY(om__rl_view_init(t));
     OM_TRY(use_rest(t));

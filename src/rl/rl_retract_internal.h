@@ -67,14 +67,22 @@ typedef struct OmRlEpisode {  // plain data of a state
     bool is_moved;                          // the fat left its rest in this episode
 } OmRlEpisode;
 
+typedef struct OmRlTool {  // an instrument in the picture
+    const OmPsm* psm;
+    const double* q;
+    bool is_closed;
+    OmSurface surface;  // made by the first picture
+    int id;
+} OmRlTool;
+
 typedef struct OmRlRetractState {
     OmRlEpisode now;
     OmTissueState* tissue;
     OmTissueWork* work;
     OmContactWork* contact;
     OmSenseScene* scene;  // made by the first picture
-    OmSurface tool;
-    int sheet_id, tool_id;
+    OmRlTool tool[OM_MAX_ARM];
+    int ntool, sheet_id;
     double* pixel;  // of vertices: column, row, 1 / depth (nvert x 3)
 } OmRlRetractState;
 
@@ -111,11 +119,26 @@ extern const OmRlTaskOps om__rl_retract_ops;
 OmStatus om__rl_settle(OmRlRetract* t);
 /// Grasp the fat at the tip, wherever the tip is.
 OmStatus om__rl_grasp(const OmRlRetract* t, OmRlRetractState* s);
+/// p in -1 to 1 of the workspace, three numbers; returns the place behind them.
+float* om__rl_put_point(const OmRlRetract* t, OmVec3 p, float* obs);
+/// The tip above the fat at rest, or above the kidney where there is none.
+OmVec3 om__rl_start_above(const OmRlRetract* t, double x, double y, double height);
+/// 2 forward, 1 backward, 0 stay: towards the end of the way.
+static inline int om__rl_choice_towards(double way, double move) {
+    return way > 0.5 * move ? 2 : way < -0.5 * move ? 1 : 0;
+}
+/// A random vector whose mean length is `mean`.
+OmVec3 om__rl_draw_error(double mean, OmRng* rng);
 /// The vertex of the fat next to the true tip, and its distance.
 int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* distance);
 
 // ---- rl_retract.c
 
+/// The arm behind the kidney at the side of -y (-1) or +y (1), and the orientation of its tip: jaws point at the middle
+/// of the workspace. Every corner of the workspace is in reach.
+OmStatus om__rl_place_psm(const OmRlRetractDef* def, double side, OmPsm* psm, OmQuat* tip_q);
+/// The place, in the fat at rest, of a point of the flat sheet.
+OmVec3 om__rl_rest_place(const OmRlRetract* t, double along, double across);
 /// The errors of "reality" (Fig. 5.10): other tissue, thickness, kidney, tip and camera.
 void om__rl_retract_use_reality(OmRlRetractDef* def);
 void om__rl_retract_destroy(OmRlTask* task);

@@ -171,6 +171,8 @@ static OmStatus state_create(const OmRlTask* task, void** state) {
     if (status == OM_OK) status = om_contact_work_create(t->contact, &s->contact);
     if (status == OM_OK) OM_ALLOC_DONE(s->pixel, 3 * (size_t)t->nvert);
     if (status == OM_OK) memcpy(s->tissue, t->rest, t->tissue_size);
+    s->tool[0] = (OmRlTool){.psm = &t->psm, .q = s->now.q};
+    s->ntool = 1;
 done:
     if (status == OM_OK)
         *state = s;
@@ -191,8 +193,7 @@ static void state_destroy(const OmRlTask* task, void* state) {
     om_free(s);
 }
 
-// The tip above the fat at rest, or above the kidney where there is none.
-static OmVec3 start_above(const OmRlRetract* t, double x, double y, double height) {
+OmVec3 om__rl_start_above(const OmRlRetract* t, double x, double y, double height) {
     OmVec3 n, p = om_vec3(x, y, t->def.workspace_hi.z);
     double gap;
     double top = 0;
@@ -207,7 +208,7 @@ static OmVec3 start_above(const OmRlRetract* t, double x, double y, double heigh
 }
 
 // Mean length of a normal vector is sigma sqrt(8 / pi).
-static OmVec3 draw_error(double mean, OmRng* rng) {
+OmVec3 om__rl_draw_error(double mean, OmRng* rng) {
     double sigma = mean / sqrt(8 / OM_PI);
     double e[3] = {om_rng_normal(rng), om_rng_normal(rng), om_rng_normal(rng)};
     return om_scale(sigma, om_vec3(e[0], e[1], e[2]));
@@ -228,8 +229,8 @@ static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
     double height = t->def.start_height;
     if (start < 0) height += om_rng_range(r, -0.25, 0.25) * t->def.start_height;
     OmVec3 lo = t->fat_lo, hi = t->fat_hi;
-    s->now.tip = start_above(t, hi.x - u * (hi.x - lo.x), lo.y + v * (hi.y - lo.y), height);
-    s->now.error = draw_error(t->def.tip_error, r);
+    s->now.tip = om__rl_start_above(t, hi.x - u * (hi.x - lo.x), lo.y + v * (hi.y - lo.y), height);
+    s->now.error = om__rl_draw_error(t->def.tip_error, r);
     if (was_moved) memcpy(s->tissue, t->rest, t->tissue_size);
     s->now.exposure = t->rest_exposure;
     OM_TRY(om_psm_inverse(&t->psm, tip_pose(t, s), s->now.q, s->now.q));
@@ -271,7 +272,7 @@ static OmStatus step(const OmRlTask* task, void* state, const int* action, doubl
     return OM_OK;
 }
 
-static float* put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
+float* om__rl_put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
     OmVec3 lo = t->def.workspace_lo, hi = t->def.workspace_hi;
     *obs++ = (float)(2 * (p.x - lo.x) / (hi.x - lo.x) - 1);
     *obs++ = (float)(2 * (p.y - lo.y) / (hi.y - lo.y) - 1);
@@ -282,18 +283,20 @@ static float* put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
 static void observe(const OmRlTask* task, const void* state, float* obs) {
     const OmRlRetract* t = om__rl_retract(task);
     const OmRlRetractState* s = state;
-    obs = put_point(t, s->now.tip, obs);
-    obs = put_point(t, t->q, obs);
-    obs = put_point(t, t->def.target, obs);
+    obs = om__rl_put_point(t, s->now.tip, obs);
+    obs = om__rl_put_point(t, t->q, obs);
+    obs = om__rl_put_point(t, t->def.target, obs);
     *obs++ = (float)(om_distance(s->now.tip, t->q) / t->d_max);
     *obs++ = (float)(om_distance(s->now.tip, t->def.target) / t->d_max);
     *obs++ = s->now.is_holding ? 1 : 0;
     const double* x = om_tissue_x(s->tissue);
-    for (int k = 0; k < t->def.npoint; ++k) obs = put_point(t, om_load3(x, t->point_vert[k]), obs);
+    for (int k = 0; k < t->def.npoint; ++k)
+        obs = om__rl_put_point(t, om_load3(x, t->point_vert[k]), obs);
 }
 
 static OmStatus info(const OmRlTask* task, void* state, double* value) {
     OmRlRetractState* s = state;
+    s->tool[0].is_closed = s->now.is_closed;
     value[1] = s->now.is_holding;
     value[2] = s->now.along;
     value[3] = s->now.across;
@@ -301,14 +304,12 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
 }
 
 static OmStatus render(const OmRlTask* task, void* state, OmPicture* picture) {
-    return om__rl_render(om__rl_retract(task), state, picture);
+    OmRlRetractState* s = state;
+    s->tool[0].is_closed = s->now.is_closed;
+    return om__rl_render(om__rl_retract(task), s, picture);
 }
 
 // ---- the expert -------------------------------------------------------------------------------------
-
-static int choice_towards(double way, double move) {
-    return way > 0.5 * move ? 2 : way < -0.5 * move ? 1 : 0;
-}
 
 // To the grasping place above the fat, down until it is grasped, straight to p_T. A person's hand wanders: the place is
 // off by some mm that are the same through an episode, and components of the action slip.
@@ -318,7 +319,7 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
     OmRng own = s->now.rng;
     own.counter[1] += 0x20000u;
     own.used = 4;
-    OmVec3 goal = om_madd(t->goal, 1, draw_error(0.003, &own)), tip = s->now.tip;
+    OmVec3 goal = om_madd(t->goal, 1, om__rl_draw_error(0.003, &own)), tip = s->now.tip;
     OmVec3 way = om_sub(t->def.target, tip);
     if (!s->now.is_holding) {
         way = om_sub(goal, tip);
@@ -329,9 +330,9 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
         else
             way.z = gap < EXPERT_HIGH ? 1 : gap > 2 * EXPERT_HIGH ? -1 : 0;
     }
-    action[0] = choice_towards(way.x, t->def.move);
-    action[1] = choice_towards(way.y, t->def.move);
-    action[2] = choice_towards(way.z, t->def.move);
+    action[0] = om__rl_choice_towards(way.x, t->def.move);
+    action[1] = om__rl_choice_towards(way.y, t->def.move);
+    action[2] = om__rl_choice_towards(way.z, t->def.move);
     for (int k = 0; k < 3; ++k)
         if (om_rng_uniform(rng) < EXPERT_SLIP) action[k] = (int)om_rng_below(rng, 3);
     if (t->def.has_gripper) action[3] = 1;

@@ -12,10 +12,6 @@ typedef struct Survey {
     OmStatus status[OM_RL_GRID * OM_RL_GRID];
 } Survey;
 
-static int choice_towards(double way, double move) {
-    return way > 0.5 * move ? 2 : way < -0.5 * move ? 1 : 0;
-}
-
 // Put the tip on the fat at rest, grasp, and lift.
 static OmStatus lift(const OmRlTask* task, void* state, int i, int j, OmRlSurvey* survey) {
     const OmRlRetract* t = om__rl_retract(task);
@@ -36,8 +32,8 @@ static OmStatus lift(const OmRlTask* task, void* state, int i, int j, OmRlSurvey
     for (int k = 0; k < 2000 && nthere < HOLD; ++k) {
         OmVec3 way = om_sub(t->def.target, s->now.tip);
         double move = t->def.move;
-        int action[4] = {choice_towards(way.x, move), choice_towards(way.y, move),
-                         choice_towards(way.z, move), 1};
+        int action[4] = {om__rl_choice_towards(way.x, move), om__rl_choice_towards(way.y, move),
+                         om__rl_choice_towards(way.z, move), 1};
         nthere += om_norm(way) <= 2 * move;
         double reward;
         bool is_end;

@@ -289,23 +289,33 @@ void om__rl_view_done(OmRlRetract* t) {
     om_free(t->disc);
 }
 
+static OmStatus add_tools(OmRlRetractState* s, OmSenseScene* scene) {
+    for (int k = 0; k < s->ntool; ++k) {
+        OmRlTool* tool = &s->tool[k];
+        om_surface_done(&tool->surface);
+        OM_TRY(om_psm_surface(tool->psm, tool->q, 0, &tool->surface));
+        OM_TRY(add_part(scene, &tool->surface, OM_PART_TOOL, &tool->id));
+    }
+    return OM_OK;
+}
+
 // The scene of a state at this step.
 static OmStatus update_scene(const OmRlRetract* t, OmRlRetractState* s) {
     if (!s->scene) {
         OmSenseScene* scene = NULL;
         OmStatus status = make_scene(t, &scene, &s->sheet_id);
-        if (status == OM_OK) status = om_psm_surface(&t->psm, s->now.q, 0, &s->tool);
-        if (status == OM_OK) status = add_part(scene, &s->tool, OM_PART_TOOL, &s->tool_id);
+        if (status == OM_OK) status = add_tools(s, scene);
         if (status != OM_OK) {
-            om_surface_done(&s->tool);
             om_sense_scene_destroy(scene);
             return status;
         }
         s->scene = scene;
     }
-    double jaw = s->now.is_closed ? 0.05 : 0.5;
-    om_psm_surface_update(&t->psm, s->now.q, jaw, &s->tool);
-    om_sense_scene_update(s->scene, s->tool_id, s->tool.x, NULL);
+    for (int k = 0; k < s->ntool; ++k) {
+        OmRlTool* tool = &s->tool[k];
+        om_psm_surface_update(tool->psm, tool->q, tool->is_closed ? 0.05 : 0.5, &tool->surface);
+        om_sense_scene_update(s->scene, tool->id, tool->surface.x, NULL);
+    }
     om_sense_scene_update(s->scene, s->sheet_id, om_tissue_x(s->tissue), t->sheet_vert);
     return om_sense_scene_commit(s->scene);
 }
@@ -356,5 +366,5 @@ OmStatus om__rl_measure(const OmRlRetract* t, OmRlRetractState* s, double* expos
 
 void om__rl_view_drop(OmRlRetractState* s) {
     om_sense_scene_destroy(s->scene);
-    om_surface_done(&s->tool);
+    for (int k = 0; k < s->ntool; ++k) om_surface_done(&s->tool[k].surface);
 }
