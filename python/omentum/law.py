@@ -1,5 +1,5 @@
-"""Laws of elasticity in Python: for trying out a material. Slow: every element is computed in NumPy, a step of 2,400 elements
-takes about a hundred times as long as with a law of the library."""
+"""Laws of elasticity in Python: for trying out a material. Slow: every element is computed in NumPy, a step
+takes fifty to a hundred times as long as with a law of the library."""
 from __future__ import annotations
 
 import ctypes
