@@ -19,10 +19,12 @@ def make_all(box, folder):
     body, world, planner = om.Body(site, scene=scene), om.SimulatedWorld(scene), om.Planner()
     world.reset(strict=False)
     recorder = om.Recorder(folder / "a.vtkhdf", box)
+    task = om.RlTask("cart-pole")
+    environments = [task, om.RlVec(task, 1)]
     sense = om.SenseScene()
     sense.add(box.boundary()[0])
     objects = [tissue, probe, om.Press(tissue, probe, ntri=500), om.Loop(scene, world, body, planner), site, body, world, planner, recorder,
-               sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title")]
+               sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title"), *environments]
 
     class Mine(om.World):
         pass
@@ -39,7 +41,8 @@ def calls(thing):
     plausible = {"tip": (0, 0, 0), "picture": np.zeros((2, 2, 3), np.uint8), "time": 1.0, "x": np.zeros((45, 3)), "points": np.zeros((1, 3)),
                  "camera": om.Camera(width=8, height=8), "number": 0, "kind": "pause", "situation": om.Situation(3), "vert": [0], "arm": 0,
                  "snapshot": b"", "plan": None, "goal": (0, 0, 0), "speed": 0.1, "angle": 0.5, "dt": 0.02, "acquisitions": [], "i": 0,
-                 "surface": om.Surface(np.eye(3), [[0, 1, 2]]), "u": np.zeros((3, 3)), "seen": np.zeros(3), "key": "seed", "is_shown": True}
+                 "surface": om.Surface(np.eye(3), [[0, 1, 2]]), "u": np.zeros((3, 3)), "seen": np.zeros(3), "key": "seed", "is_shown": True,
+                 "env": 0, "seed": 1, "action": [[0]]}
     if isinstance(thing, om.SenseScene):
         plausible["x"] = np.zeros((42, 3))  # of the boundary
     for name in sorted(n for n in dir(type(thing)) if not n.startswith("_") and n not in FINE):
