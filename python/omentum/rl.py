@@ -135,7 +135,7 @@ class RlVec(Owner):
     def info(self, env: int = 0) -> dict[str, float]:
         """The infos of an environment now."""
         values = np.zeros(len(self.task.info_names))
-        if not values.size:
+        if not (self._c and values.size):
             return {}
         with self._busy:
             lib.om_rl_vec_info(self._c, env, values.ctypes.data)
