@@ -1,6 +1,7 @@
 #!/bin/bash
 # python_env.sh [LIST]: the Python that runs the tests of the package: a virtual environment in build/python with the packages
-# of LIST (default python/requirements.txt). It sees the packages of the system, and fetches from PyPI what these lack.
+# of LIST (default python/requirements.txt). It sees the packages of the system (where python3 is Debian's: those of
+# tools/packages_python.txt, installed if they are missing), and fetches from PyPI what these lack.
 # Nothing is done where the environment is as the list says. Without a network the tests use what python3 has, and those
 # that need more are skipped by name: the script says so and succeeds.
 set -uo pipefail
@@ -11,6 +12,10 @@ stamp=$dir/$(basename "$list")
 
 python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))' 2> /dev/null ||
     { echo "python_env: python3 of version 3.9 or later is missing: the tests of the Python package are skipped" >&2; exit 0; }
+if ! python3 -c 'import ensurepip, h5py, numpy, pytest' 2> /dev/null && [[ $(readlink -f "$(command -v python3)") == /usr/bin/python3* ]]; then
+    "$here/tools/setup.sh" "$here/tools/packages_python.txt" ||
+        echo "python_env: without the packages of tools/packages_python.txt" >&2
+fi
 want=$(python3 -c 'import sys; print(sys.executable, sys.version.split()[0])'; cat "$list")
 [ "$(cat "$stamp" 2> /dev/null)" = "$want" ] && "$dir/bin/python3" -c '' 2> /dev/null && exit 0
 
