@@ -96,7 +96,8 @@ static void test_episodes(void** state) {
     int action[NENV] = {0}, length[NENV];
     assert_ok(om_rl_vec_reset(vec, obs));
     assert_ok(om_rl_vec_reset(vec, first));  // episode 1 of each
-    assert_true(memcmp(obs, first, sizeof obs) != 0);
+    assert_true(memcmp(obs, first, 4 * sizeof *obs) != 0);
+    assert_true(memcmp(obs, obs + 4, 4 * sizeof *obs) != 0);  // of another environment
     om_rl_vec_destroy(vec);
 
     // pushed to the left, environment 0 loses its pole first; its next observation is the start of episode 1
