@@ -101,6 +101,7 @@ OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, in
 typedef struct OmSearchResult {
     int ngrasp, nsequence;     // grasping points and sequences tried
     int nexposed;              // sequences that exposed the ROI
+    int first_block;           // that the other arm holds meanwhile; -1: one arm
     double visibility;         // the largest of all sequences, 0 to 1
     double force;              // N, the largest pull of that sequence, in the truth
     int block;                 // grasping point of that sequence, -1: nothing can be grasped
@@ -112,6 +113,13 @@ typedef struct OmSearchResult {
 ///        OM_IO; OM_CANCELLED
 OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
                                   const OmProgress* progress, OmSearchResult* result);
+/// As om_retract_search. Where no sequence exposes the ROI, the `nfirst` grasps with the largest visibility are held by
+/// one arm while the other tries every other block in the same way, until a pair exposes the ROI. The result then also
+/// counts these sequences; if `first_block` is not -1, `naction` counts the actions of both arms.
+/// @return as om_retract_search
+OM_API OmStatus om_retract_search_both(const OmScene* scene, double force_limit, int nfirst,
+                                       int nworker, const OmProgress* progress,
+                                       OmSearchResult* result);
 
 #ifdef __cplusplus
 }

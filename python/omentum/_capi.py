@@ -4604,6 +4604,7 @@ class OmSearchResult(Struct):
     """typedef struct OmSearchResult {
     int ngrasp, nsequence;     // grasping points and sequences tried
     int nexposed;              // sequences that exposed the ROI
+    int first_block;           // that the other arm holds meanwhile; -1: one arm
     double visibility;         // the largest of all sequences, 0 to 1
     double force;              // N, the largest pull of that sequence, in the truth
     int block;                 // grasping point of that sequence, -1: nothing can be grasped
@@ -4613,6 +4614,7 @@ class OmSearchResult(Struct):
     ngrasp: int
     nsequence: int
     nexposed: int
+    first_block: int
     visibility: float
     force: float
     block: int
@@ -6886,7 +6888,7 @@ complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)]
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("has_both_arms", c_bool), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
-complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int), ("naction", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
+complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("first_block", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int), ("naction", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
 complete(OmAuditDef, [("cookie", c_uint32), ("planner", c_void_p), ("path", c_char_p), ("scene_text", c_char_p), ("program", c_char_p), ("network_hash", c_uint64)], {})
 complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
 complete(OmReplayDef, [("cookie", c_uint32), ("dir", c_char_p), ("path", c_char_p), ("engines", POINTER(OmEngineSet)), ("nworker", c_int)], {})
@@ -7579,6 +7581,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_retract_result_done": (None, [POINTER(OmRetractResult)]),
     "om_retract_run": (c_int, [POINTER(OmRetractDef), POINTER(OmProgress), POINTER(OmRetractResult)]),
     "om_retract_search": (c_int, [POINTER(OmScene), c_double, c_int, POINTER(OmProgress), POINTER(OmSearchResult)]),
+    "om_retract_search_both": (c_int, [POINTER(OmScene), c_double, c_int, c_int, POINTER(OmProgress), POINTER(OmSearchResult)]),
     "om_rl_actor_act": (c_int, [c_void_p, c_void_p, POINTER(OmRng), c_void_p, c_void_p]),
     "om_rl_actor_create": (c_int, [c_void_p, c_int, POINTER(c_void_p)]),
     "om_rl_actor_destroy": (None, [c_void_p]),
@@ -8223,6 +8226,7 @@ STATUS = frozenset([
     "om_retract_replay",
     "om_retract_run",
     "om_retract_search",
+    "om_retract_search_both",
     "om_rl_actor_act",
     "om_rl_actor_create",
     "om_rl_actor_update",

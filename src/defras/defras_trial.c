@@ -53,12 +53,15 @@ static OmStatus look(Trial* t, TrialResult* c, double* now) {
 }
 
 OmStatus om__trial_grasp(Trial* t, int block, TrialResult* c, int* nheld) {
-    *c = (TrialResult){.trace = c->trace};
-    *nheld = 0;
     om_body_restore(t->body, t->rest);
-    c->tip = om_pose_apply(t->grid.task, t->grid.tip[block]);
-    OmPose pose = {c->tip, t->grid.task.q};
-    OmStatus status = om_body_grasp(t->body, 0, pose, t->scene.task.grasp_radius, nheld);
+    return om__trial_grasp_at(t, om_pose_apply(t->grid.task, t->grid.tip[block]), c, nheld);
+}
+
+OmStatus om__trial_grasp_at(Trial* t, OmVec3 tip, TrialResult* c, int* nheld) {
+    *c = (TrialResult){.trace = c->trace, .tip = tip};
+    *nheld = 0;
+    OmPose pose = {tip, t->grid.task.q};
+    OmStatus status = om_body_grasp(t->body, t->arm, pose, t->scene.task.grasp_radius, nheld);
     return status == OM_INVALID ? OM_OK : status;  // all tissue in reach is attached
 }
 
@@ -89,11 +92,12 @@ void om__trace_done(Trace* trace) {
 static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     OmBodyReport report;
     OmBodyForces forces;
-    OM_TRY(om_body_move(t->body, 0, (OmPose){tip, t->grid.task.q}));
+    OM_TRY(om_body_move(t->body, t->arm, (OmPose){tip, t->grid.task.q}));
     OmStatus status = om_body_step(t->body, t->scene.task.time_step, &report);
     if (status < 0) return status;
     OM_TRY(om_body_get_forces(t->body, &forces));
-    *force = om_norm(forces.pull[0]);
+    *force = 0;
+    for (int k = 0; k < OM_MAX_ARM; ++k) *force = fmax(*force, om_norm(forces.pull[k]));
     return OM_OK;
 }
 

@@ -13,12 +13,13 @@ typedef struct Trial {
     Grid grid;
     void* rest;    // the settled state
     double speed;  // m/s, of the tip; default: the task's
+    int arm;       // that grasps and moves; default 0
 } Trial;
 
 // Result of the motions of one trial.
 typedef struct TrialResult {
     OmVec3 tip;         // at the end, world frame, m
-    double force;       // N, largest pull
+    double force;       // N, largest pull of an arm
     double visibility;  // largest share of the ROI seen
     double length;      // m covered
     bool is_stopped;    // the force limit ended the last motion
@@ -36,6 +37,8 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
 void om__trial_destroy(Trial* trial);
 // Restore the state at rest and grasp a block; nheld 0: only attached tissue, or none, is in reach.
 OmStatus om__trial_grasp(Trial* trial, int block, TrialResult* course, int* nheld);
+// Grasp at a tip from the present state, world frame; the other arm keeps its tissue.
+OmStatus om__trial_grasp_at(Trial* trial, OmVec3 tip, TrialResult* course, int* nheld);
 // Lift to the height limit; one pull of a lift that has come to `height`, m, and a rest after the last; fold from the
 // present tip, as the loop does. A force above `force_limit`, N, ends a motion (INFINITY: no limit). All update the
 // result: its force and visibility are the largest of all motions.

@@ -66,8 +66,9 @@ static void ceiling_text(const RetractionResult* r, char* out) {
     if (!r->has_ceiling)
         snprintf(out, WORD, "not searched");
     else if (r->ceiling.is_possible)
-        snprintf(out, WORD, "%d of %d, from %d actions", r->ceiling.best.nexposed,
-                 r->ceiling.best.nsequence, r->ceiling.best.naction);
+        snprintf(out, WORD, "%d of %d, from %d actions%s", r->ceiling.best.nexposed,
+                 r->ceiling.best.nsequence, r->ceiling.best.naction,
+                 r->ceiling.best.first_block >= 0 ? ", both arms" : "");
     else
         snprintf(out, WORD, "none of %d, %.0f %%", r->ceiling.best.nsequence,
                  100 * r->ceiling.best.visibility);
@@ -354,6 +355,8 @@ static void put_case_json(OmJson* json, const RetractionResult* r) {
         om_json_integer(json, "sequences", r->ceiling.best.nsequence);
         om_json_integer(json, "sequences_exposed", r->ceiling.best.nexposed);
         om_json_number(json, "best_visibility", r->ceiling.best.visibility);
+        om_json_bool(json, "search_both_arms",
+                     r->ceiling.is_possible && r->ceiling.best.first_block >= 0);
         om_json_integer(json, "search_actions", r->ceiling.best.naction);
     }
     om_json_open(json, "runs", '{');

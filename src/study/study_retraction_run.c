@@ -21,6 +21,8 @@
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
+#define CEILING_BOTH (OM_RETRACTION_NROW + 2)  // a search with both arms
+#define FIRST_GRASPS 5
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
     "defras",      "fras",     "fras-true", "no-preplan", "no-monitor",
@@ -36,9 +38,11 @@ const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
                                                                   "no network",
                                                                   "one arm"};
 
-typedef struct Task {  // a run, or with row CEILING a search, with row PREPLAN a plan before
+// A run, or with row CEILING or CEILING_BOTH a search, with row PREPLAN a plan before.
+typedef struct Task {
     RetractionResult* result;
     int row;
+    RetractionCeiling found;  // by a search
     OmScene scene;
     uint64_t hash;
     char name[80];
@@ -51,10 +55,12 @@ typedef struct Batch {
     Task* task;
 } Batch;
 
+static bool is_search(int row) { return row == CEILING || row == CEILING_BOTH; }
+
 // ---- what a row changes --------------------------------------------------------------------------------------
 
 static bool has_preplan(int row) {
-    return row != CEILING && row != OM_RETRACTION_FRAS && row != OM_RETRACTION_FRAS_TRUE &&
+    return !is_search(row) && row != OM_RETRACTION_FRAS && row != OM_RETRACTION_FRAS_TRUE &&
            row != OM_RETRACTION_NO_PREPLAN;
 }
 
@@ -83,7 +89,7 @@ static uint64_t hash_task(const Task* t) {
     const RetractionCase* c = &t->result->c;
     const OmScene* s = &t->scene;
     const bool is_fras = t->row == OM_RETRACTION_FRAS || t->row == OM_RETRACTION_FRAS_TRUE;
-    const double value[] = {t->row == CEILING ? METHOD_SEARCH
+    const double value[] = {is_search(t->row) ? METHOD_SEARCH
                             : is_fras         ? METHOD_FRAS
                                               : METHOD,
                             t->row,
@@ -113,15 +119,17 @@ static uint64_t hash_task(const Task* t) {
 
 static OmStatus open_task(RetractionResult* r, int row, Task* t) {
     *t = (Task){.result = r, .row = row};
-    bool knows_truth = row == OM_RETRACTION_FRAS_TRUE || row == CEILING;
+    bool knows_truth = row == OM_RETRACTION_FRAS_TRUE || is_search(row);
     OM_TRY(om__retraction_scene(&r->c, knows_truth ? RETRACTION_TRUE : RETRACTION_BELIEVED,
                                 &t->scene));
-    if (row == CEILING)
+    if (is_search(row))
         t->scene.task.speed *= SEARCH_SPEED_UP;
     else
         set_row((OmRetractionRow)row, &t->scene);
     snprintf(t->name, sizeof t->name, "%s-%s", r->c.name,
-             row == CEILING ? "search" : om__retraction_row_name[row]);
+             row == CEILING        ? "search"
+             : row == CEILING_BOTH ? "search-both"
+                                   : om__retraction_row_name[row]);
     t->hash = hash_task(t);
     return OM_OK;
 }
@@ -216,11 +224,11 @@ done:
 }
 
 static OmStatus make_ceiling(Task* t) {
-    RetractionCeiling* c = &t->result->ceiling;
-    memset(c, 0, sizeof *c);
+    RetractionCeiling* c = &t->found;
     const OmSceneTask* task = &t->scene.task;
-    OM_TRY(om_retract_search(&t->scene, RETRACTION_MAX_FORCE * task->force_threshold, 1, NULL,
-                             &c->best));
+    const double limit = RETRACTION_MAX_FORCE * task->force_threshold;
+    OM_TRY(om_retract_search_both(&t->scene, limit, t->row == CEILING ? 0 : FIRST_GRASPS, 1, NULL,
+                                  &c->best));
     c->is_possible = c->best.nexposed > 0;
     return OM_OK;
 }
@@ -231,7 +239,7 @@ static void run_tasks(void* ctx, int begin, int end, int block) {
     for (int i = begin; i < end; ++i) {
         Task* t = &b->task[i];
         t->status = t->row == PREPLAN   ? make_preplan(b->s, t)
-                    : t->row == CEILING ? make_ceiling(t)
+                    : is_search(t->row) ? make_ceiling(t)
                                         : make_run(b->s, t);
         if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
     }
@@ -245,24 +253,28 @@ static OmStatus save(const Retraction* s, const Task* t) {
     snprintf(name, sizeof name, "%s.bin", t->name);
     RetractionResult* r = t->result;
     if (t->row == PREPLAN) return OM_OK;
-    if (t->row != CEILING)
+    if (!is_search(t->row))
         return om__match_save_result(s->def->out_dir, name, t->hash, &r->run[t->row],
                                      sizeof r->run[t->row]);
-    return om__match_save_result(s->def->out_dir, name, t->hash, &r->ceiling, sizeof r->ceiling);
+    return om__match_save_result(s->def->out_dir, name, t->hash, &t->found, sizeof t->found);
 }
 
 static bool load(const Retraction* s, Task* t) {
     char name[96];
     snprintf(name, sizeof name, "%s.bin", t->name);
     RetractionResult* r = t->result;
-    if (t->row != CEILING)
+    if (!is_search(t->row))
         return om__match_load_result(s->def->out_dir, name, t->hash, &r->run[t->row],
                                      sizeof r->run[t->row]);
-    return om__match_load_result(s->def->out_dir, name, t->hash, &r->ceiling, sizeof r->ceiling);
+    return om__match_load_result(s->def->out_dir, name, t->hash, &t->found, sizeof t->found);
 }
 
+// What both arms find counts where one arm finds nothing.
 static void mark(const Task* t) {
-    if (t->row == CEILING)
+    if (t->row == CEILING || (t->row == CEILING_BOTH && t->found.is_possible))
+        t->result->ceiling = t->found;
+    if (t->row == CEILING) t->result->ceiling.best.first_block = -1;  // older files have no value
+    if (is_search(t->row))
         t->result->has_ceiling = true;
     else if (t->row != PREPLAN)
         t->result->has_run[t->row] = true;
@@ -295,7 +307,7 @@ static bool is_asked(const Retraction* s, const RetractionResult* r, int row) {
                                                 [RETRACTION_KIDNEY] = OM_RETRACTION_KIDNEY,
                                                 [RETRACTION_ALARM] = OM_RETRACTION_ALARMS};
     int wanted = part[r->c.group];
-    if (row == CEILING)
+    if (is_search(row))
         wanted = OM_RETRACTION_SEARCHES;
     else if (row > OM_RETRACTION_FRAS_TRUE)
         wanted = OM_RETRACTION_ABLATIONS;
@@ -331,6 +343,14 @@ static OmStatus list_searches(Retraction* s, Task* task, int* n) {
     return OM_OK;
 }
 
+// Where a search with one arm was made and failed, and so did all runs.
+static OmStatus list_searches_both(Retraction* s, Task* task, int* n) {
+    for (int i = 0; i < s->ncase; ++i)
+        if (s->result[i].has_ceiling && !om__retraction_is_possible(&s->result[i]))
+            OM_TRY(list_task(s, &s->result[i], CEILING_BOTH, task, n));
+    return OM_OK;
+}
+
 // Plans before that are not in the folder, each once.
 static OmStatus make_preplans(Retraction* s, const Task* task, int n, Task* plan) {
     int nplan = 0;
@@ -363,6 +383,9 @@ OmStatus om__retraction_run_cases(Retraction* s) {
     OM_TRY_DONE(run_batches(s, task, n));
     n = 0;
     OM_TRY_DONE(list_searches(s, task, &n));
+    OM_TRY_DONE(run_batches(s, task, n));
+    n = 0;
+    OM_TRY_DONE(list_searches_both(s, task, &n));
     status = run_batches(s, task, n);
 done:
     om_free(task);

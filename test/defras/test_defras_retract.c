@@ -213,6 +213,38 @@ static void test_search(void** state) {
     assert_true(none.ngrasp == 0 && none.block == -1);
 }
 
+// A ROI in the middle, low pulls: no grasp exposes it, but a second grasp does while the best first one is held.
+static void test_search_with_both_arms(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmSearchResult one, both;
+    scene.task.grid = 3;
+    scene.task.max_height = 0.02;
+    scene.task.retract = 0.01;
+    scene.task.speed *= 2;
+    scene.roi.center = om_vec3(0, 0, 0);
+    assert_ok(om_retract_search(&scene, 3, 1, NULL, &one));
+    assert_true(one.nexposed == 0 && one.naction == 0 && one.first_block == -1);
+    assert_ok(om_retract_search_both(&scene, 3, 0, 1, NULL, &both));
+    assert_true(both.nsequence == one.nsequence && both.first_block == -1);
+    assert_ok(om_retract_search_both(&scene, 3, 2, 1, NULL, &both));
+    printf("one arm: %.0f %%; both: %.0f %% with %d and %d, %d actions, %d more sequences\n",
+           100 * one.visibility, 100 * both.visibility, both.first_block, both.block, both.naction,
+           both.nsequence - one.nsequence);
+    assert_true(one.visibility < 0.8 && both.visibility >= 0.8 && both.nexposed >= 1);
+    assert_int_equal(both.first_block, one.block);
+    assert_true(both.block >= 0 && both.block != both.first_block);
+    // each arm: reach, grasp, one or two pulls, at most two folds
+    assert_in_range(both.naction, 7, 12);
+    assert_true(both.nsequence > one.nsequence && both.nsequence <= 4 * one.nsequence);
+    // a ROI that one arm exposes needs no second one
+    scene.roi.center = easy_scene().roi.center;
+    assert_ok(om_retract_search(&scene, 3, 1, NULL, &one));
+    assert_ok(om_retract_search_both(&scene, 3, 2, 1, NULL, &both));
+    assert_true(one.nexposed > 0 && both.nexposed == one.nexposed && both.first_block == -1);
+    assert_true(both.naction == one.naction && both.block == one.block);
+}
+
 static void test_what_cannot_be_done_is_an_answer(void** state) {
     (void)state;
     OmScene scene = easy_scene();
@@ -368,6 +400,7 @@ int main(void) {
         cmocka_unit_test(test_exposed_is_held),
         cmocka_unit_test(test_impossible_scenes_are_refused),
         cmocka_unit_test(test_search),
+        cmocka_unit_test(test_search_with_both_arms),
         cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
         cmocka_unit_test(test_roi_in_view_at_the_start),
         cmocka_unit_test(test_output_is_whole),
