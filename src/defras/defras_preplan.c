@@ -106,11 +106,11 @@ bool om__preplan_is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b) {
     return a->naction != b->naction ? a->naction < b->naction : a->block < b->block;
 }
 
-// Changed twins in which the point exposed nothing, then those in which it needed more motion, then the warning state
-// that its spread would raise: less is safer. Points that were not tried again come last.
+// Changed twins in which the point exposed nothing, then the warning state that its spread would raise, then the twins
+// in which it needed more motion: less is safer. Points that were not tried again come last.
 static int rank(const OmPreplanPoint* p) {
     const int failed = p->ntwin - p->ntwin_exposed, longer = p->ntwin - p->ntwin_alike;
-    return p->ntwin == 0 ? INT_MAX : 10000 * failed + 10 * longer + p->warning;
+    return p->ntwin == 0 ? INT_MAX : 10000 * failed + 1000 * p->warning + longer;
 }
 
 static int safest_rank(const OmPreplan* plan) {
@@ -144,7 +144,9 @@ static void choose_exposing(OmPreplan* plan, int nlowest) {
         if (!p->exposes || is_lowest) continue;
         p->verdict = OM_PREPLAN_MORE_FORCE;
         if (p->ntwin == 0 || rank(p) == safest) continue;
-        const bool is_fragile = rank(p) / 10 > rank(best) / 10;
+        const int failed = p->ntwin - p->ntwin_exposed,
+                  best_failed = best->ntwin - best->ntwin_exposed;
+        const bool is_fragile = failed > best_failed || p->warning <= best->warning;
         p->verdict = is_fragile ? OM_PREPLAN_FRAGILE : OM_PREPLAN_SPREAD;
     }
     best->verdict = OM_PREPLAN_CHOSEN;
