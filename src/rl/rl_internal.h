@@ -14,6 +14,7 @@
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_expose_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
+OmStatus om__rl_press_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_retract_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 
 // Read a setting as a number from lo to hi.

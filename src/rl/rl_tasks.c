@@ -6,6 +6,7 @@
 static const OmRlTaskKind kinds[] = {
     {"cart-pole", "balance a pole on a cart (2 choices)", om__rl_cart_pole_create},
     {"expose", "lift fat off a kidney with two arms (3^6 choices)", om__rl_expose_create},
+    {"press", "find a lesion by pressing (3 x 3 x 3 x 2 choices)", om__rl_press_create},
     {"reach", "move a tip to a goal in a box (3 x 3 choices)", om__rl_reach_create},
     {"retract", "lift fat off a kidney until a tumour is seen (3 x 3 x 3 choices)",
      om__rl_retract_create},
