@@ -21,7 +21,7 @@ if missing:
 limit = int(os.environ.get("OM_TEST_CPU_S", "0"))
 if limit:  # processor time, as the tests in C
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 10))
-environment = dict(os.environ)
+environment = {"OPENBLAS_NUM_THREADS": "1", **os.environ}  # of NumPy: its threads spin beside those of the library
 if environment.get("OM_TEST_PRELOAD"):
     environment["LD_PRELOAD"] = environment["OM_TEST_PRELOAD"]
     environment["ASAN_OPTIONS"] = "detect_leaks=0"  # Python itself leaks; the tests count blocks of the library
