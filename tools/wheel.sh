@@ -16,7 +16,12 @@ chmod 755 "$tmp"
 
 # A clean checkout: tracked files alone, also changed ones.
 mkdir "$tmp/src" "$tmp/plain"
-git -C "$here" ls-files -z | tar -C "$here" --null -T - -cf - 2> /dev/null | tar -C "$tmp/src" -xf -
+if git -C "$here" rev-parse > /dev/null 2>&1; then
+    git -C "$here" ls-files -z | (cd "$here" && xargs -0 sh -c 'for f; do [ -e "$f" ] && printf "%s\0" "$f"; done' sh) > "$tmp/list"
+else
+    (cd "$here" && find . -path ./build -prune -o -path ./out -prune -o -type f -print0) > "$tmp/list"
+fi
+tar -C "$here" --null -T "$tmp/list" -cf - | tar -C "$tmp/src" -xf -
 
 as_user=()
 if [ "$(id -u)" -eq 0 ] && command -v setpriv > /dev/null; then

@@ -33,8 +33,7 @@ def make_all(box, folder):
     recorded = om.RecordedWorld(om.SimulatedWorld(scene), folder / "world.log")
     recorded.reset(strict=False)
     recorded.end()
-    task = om.RlTask(next(iter(om.rl_tasks())))
-    return [*objects, task, om.RlVec(task, nenv=2), Mine(), data, recorded, om.ReplayedWorld(folder / "world.log")]
+    return [*objects, Mine(), data, recorded, om.ReplayedWorld(folder / "world.log")]
 
 
 def calls(thing):
@@ -46,8 +45,6 @@ def calls(thing):
                  "env": 0, "seed": 1, "action": [[0]]}
     if isinstance(thing, om.SenseScene):
         plausible["x"] = np.zeros((42, 3))  # of the boundary
-    if isinstance(thing, om.RlVec):
-        plausible.update(action=np.zeros((2, len(thing.task.nchoice))), env=0, seed=1)
     for name in sorted(n for n in dir(type(thing)) if not n.startswith("_") and n not in FINE):
         attribute = inspect.getattr_static(type(thing), name)
         if isinstance(attribute, property):
