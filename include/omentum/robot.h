@@ -56,6 +56,15 @@ OM_API void om_psm_jacobian(const OmPsm* psm, const double q[OM_PSM_NJOINT], dou
 ///         need and its limit; q is unchanged
 OM_API OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip,
                                const double q_near[OM_PSM_NJOINT], double q[OM_PSM_NJOINT]);
+/// As om_psm_inverse, for a tool whose orientation is not important: where a joint forbids the pose, the wrist is
+/// turned about the tip, by the smallest multiple of 5 degrees that the limits allow.
+/// @param max_turn  rad, 0 to pi
+/// @param turned    the pose that q gives: the same point, the same orientation if no turn is needed
+/// @return OM_OK; OM_INVALID: no turn of at most max_turn helps; the message is that of the pose itself; q and turned
+///         are unchanged
+OM_API OmStatus om_psm_inverse_turned(const OmPsm* psm, OmPose pose_world_tip, double max_turn,
+                                      const double q_near[OM_PSM_NJOINT], double q[OM_PSM_NJOINT],
+                                      OmPose* turned);
 /// Joint torques (N m; N for the insertion) that hold a force and torque of the tip on its surroundings:
 /// J^T w, w = (force, torque) in the world frame.
 OM_API void om_psm_joint_torque(const OmPsm* psm, const double q[OM_PSM_NJOINT], OmVec3 force,

@@ -168,6 +168,48 @@ OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_
     if (sol[3] > psm->q_max[3]) sol[3] -= 2 * OM_PI;
     if (sol[3] < psm->q_min[3]) sol[3] += 2 * OM_PI;
     OM_TRY(check_limits(psm, p_world, sol));
+    // A jaw that points back along the shaft: x5 was taken with the wrong sign, the other one bends the wrist further.
+    OM_CHECK(om_distance(om_psm_forward(&base, sol).p, p) < 1e-6, OM_INVALID,
+             "point (%.1f, %.1f, %.1f) mm: wrist pitch would be more than 90 degrees, its limit is "
+             "%.1f",
+             1e3 * p_world.x, 1e3 * p_world.y, 1e3 * p_world.z, psm->q_max[4] / DEG);
     memcpy(q, sol, sizeof sol);
     return OM_OK;
+}
+
+#define TURN_STEP (5 * OM_PI / 180)
+
+// Squared change of the angles, to choose among turns of the same size.
+static double change_of(const double q[6], const double q_near[6]) {
+    double sum = 0;
+    for (int i = 0; i < 6; ++i) sum += i == 2 ? 0 : (q[i] - q_near[i]) * (q[i] - q_near[i]);
+    return sum;
+}
+
+// Turns about 26 axes: the directions to the faces, edges and corners of a cube around the tip.
+OmStatus om_psm_inverse_turned(const OmPsm* psm, OmPose pose_world_tip, double max_turn,
+                               const double q_near[6], double q[6], OmPose* turned) {
+    const OmStatus straight = om_psm_inverse(psm, pose_world_tip, q_near, q);
+    if (straight == OM_OK) *turned = pose_world_tip;
+    if (straight != OM_INVALID || !(max_turn > 0)) return straight;
+    char message[256];
+    snprintf(message, sizeof message, "%s", om_error_message());
+    const int nturn = (int)floor(fmin(max_turn, OM_PI) / TURN_STEP + 1e-9);
+    double best = INFINITY, near[6];
+    memcpy(near, q_near, sizeof near);  // q may be q_near
+    for (int k = 1; k <= nturn && isinf(best); ++k) {
+        for (int a = 0; a < 27; ++a) {
+            const OmVec3 axis = om_vec3(a % 3 - 1, a / 3 % 3 - 1, a / 9 - 1);
+            if (om_norm2(axis) == 0) continue;
+            OmPose pose = pose_world_tip;
+            double sol[6];
+            pose.q = om_quat_mul(pose.q, om_quat_axis_angle(om_normalize(axis), k * TURN_STEP));
+            if (om_psm_inverse(psm, pose, near, sol) != OM_OK || change_of(sol, near) >= best)
+                continue;
+            best = change_of(sol, near);
+            memcpy(q, sol, sizeof sol);
+            *turned = pose;
+        }
+    }
+    return isinf(best) ? om_error(OM_INVALID, "%s", message) : OM_OK;
 }

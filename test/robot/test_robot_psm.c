@@ -120,6 +120,87 @@ static void inverse_undoes_forward(void** state) {
     for (int i = 0; i < 6; ++i) assert_near(back[i], real[i], 1e-10);
 }
 
+// A pose that is accepted is the pose that the joints give, for any orientation; one whose jaw points back along the
+// shaft is refused.
+static void what_is_accepted_is_reached(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(7, 0);
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    int nok = 0, nback = 0;
+    for (int n = 0; n < 20000; ++n) {
+        double q[6], found[6];
+        for (int i = 0; i < 6; ++i) q[i] = om_rng_range(&rng, psm.q_min[i], psm.q_max[i]);
+        q[2] = om_rng_range(&rng, 0.06, 0.2);
+        q[4] = om_rng_range(&rng, -OM_PI, OM_PI);  // also beyond its limits
+        const OmPose wanted = om_psm_forward(&psm, q);
+        const OmStatus status = om_psm_inverse(&psm, wanted, q, found);
+        if (fabs(q[4]) > OM_PI / 2) {
+            assert_status(status, OM_INVALID);
+            nback += strstr(om_error_message(), "wrist pitch would be more") != NULL;
+        }
+        if (status != OM_OK) continue;
+        ++nok;
+        const OmPose tip = om_psm_forward(&psm, found);
+        assert_near(om_distance(tip.p, wanted.p), 0, 1e-9);
+        assert_near(fabs(om_quat_mul(om_quat_conj(tip.q), wanted.q).w), 1, 1e-12);
+    }
+    printf("%d accepted, %d back\n", nok, nback);
+    assert_true(nok > 5000 && nback > 10);
+}
+
+// Reachable poses turned by up to 30 degrees: where that breaks a limit the way back is one turn that helps, so a turn
+// of about this angle is found. Its joints are within their limits and give the turned pose.
+static void the_wrist_turns_where_a_joint_forbids(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(6, 0);
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    int nturned = 0, nstraight = 0;
+    for (int n = 0; n < 3000; ++n) {
+        double q[6], plain[6], found[6], none[6] = {9, 9, 9, 9, 9, 9};
+        for (int i = 0; i < 6; ++i) q[i] = om_rng_range(&rng, psm.q_min[i], psm.q_max[i]);
+        q[2] = om_rng_range(&rng, 0.06, 0.2);
+        const double angle = om_rng_range(&rng, 0, OM_PI / 6);
+        const OmVec3 axis = om_vec3(om_rng_range(&rng, -1, 1), om_rng_range(&rng, -1, 1),
+                                    om_rng_range(&rng, -1, 1));
+        if (om_norm(axis) < 0.1) continue;
+        OmPose good = om_psm_forward(&psm, q), wanted = good, turned, kept = om_pose_identity();
+        wanted.q = om_quat_mul(good.q, om_quat_axis_angle(om_normalize(axis), angle));
+        const OmStatus straight = om_psm_inverse(&psm, wanted, q, plain);
+        const OmStatus status = om_psm_inverse_turned(&psm, wanted, OM_PI / 2, q, found, &turned);
+        assert_ok(status);
+        const double w = fabs(om_quat_mul(om_quat_conj(wanted.q), turned.q).w);
+        const double turn = 2 * acos(fmin(1, w));
+        OmPose tip = om_psm_forward(&psm, found);
+        assert_near(om_distance(tip.p, wanted.p), 0, 1e-9);
+        assert_near(fabs(om_quat_mul(om_quat_conj(tip.q), turned.q).w), 1, 1e-12);
+        for (int i = 0; i < 6; ++i)
+            assert_true(found[i] >= psm.q_min[i] - 1e-9 && found[i] <= psm.q_max[i] + 1e-9);
+        if (straight == OM_OK) {
+            assert_memory_equal(found, plain, sizeof plain);
+            assert_near(turn, 0, 1e-7);
+            ++nstraight;
+            continue;
+        }
+        // about an axis at most 28 degrees beside: a little more turn, and up to one step
+        assert_true(turn > 4.9 * OM_PI / 180 && turn < 2 * angle + 10.1 * OM_PI / 180);
+        ++nturned;
+        assert_status(om_psm_inverse_turned(&psm, wanted, 0, q, none, &kept), OM_INVALID);
+        assert_true(none[0] == 9 && kept.q.w == 1);
+        assert_non_null(strstr(om_error_message(), "its limit is"));
+        // a smaller turn is not allowed: none is found, or one within it
+        const OmStatus less =
+            om_psm_inverse_turned(&psm, wanted, turn - 1 * OM_PI / 180, q, none, &kept);
+        assert_int_equal(less, OM_INVALID);
+    }
+    printf("%d turned, %d not\n", nturned, nstraight);
+    assert_true(nturned > 200 && nstraight > 200);
+    // no turn makes a shaft longer
+    OmPose far_down = {{0, 0.01, -0.4}, om_psm_forward(&psm, q_zero).q}, turned;
+    double q[6];
+    assert_status(om_psm_inverse_turned(&psm, far_down, OM_PI, q_zero, q, &turned), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "insertion would be"));
+}
+
 static void what_is_out_of_reach_is_named(void** state) {
     (void)state;
     OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
@@ -304,6 +385,8 @@ int main(void) {
         cmocka_unit_test(limits_are_the_robots),
         cmocka_unit_test(jacobian_matches_finite_differences),
         cmocka_unit_test(inverse_undoes_forward),
+        cmocka_unit_test(what_is_accepted_is_reached),
+        cmocka_unit_test(the_wrist_turns_where_a_joint_forbids),
         cmocka_unit_test(what_is_out_of_reach_is_named),
         cmocka_unit_test(efforts_do_the_work_of_the_tip),
         cmocka_unit_test(the_drawn_tool_is_closed_and_ends_at_the_tip),
