@@ -31,18 +31,20 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int nsetting;                    //
     // more settings, for training alone; default move_mm=2, max_step=150 (ntrain_setting)
     const OmRlSetting* train_setting;
-    int ntrain_setting;     //
-    bool has[OM_NLEARNER];  // default all
-    int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
-    int64_t nstep;          // of a training, default 60,000
-    double rate;            // learning rate; default 1e-3
-    double gail_rate;       // of GAIL; default 5e-4
-    int horizon;            // steps of each environment an iteration; default 32
-    int nepoch, batch;      // default 10, 64
-    int clone_epoch;        // epochs of cloning before GAIL; default 50
-    int ndemo;              // default 35
-    bool has_reality;       // evaluate with world=reality too; default true
-    int nworker;            // default 0: one a processor
+    int ntrain_setting;            //
+    bool has[OM_NLEARNER];         // default all
+    int nseed;                     // 1 to 9; seeds 1, 2, ..; default 3
+    int64_t nstep;                 // of a training of PPO, default 100,000
+    double rate;                   // learning rate; default 1e-3
+    int horizon, batch;            // default 64, 128
+    int nepoch;                    // passes over the samples of an iteration; default 10
+    int64_t gail_nstep;            // of GAIL: default 16,384
+    double gail_rate;              // default 5e-4
+    int gail_horizon, gail_batch;  // default 32, 64
+    int clone_epoch;               // epochs of cloning before GAIL; default 50
+    int ndemo;                     // default 35
+    bool has_reality;              // evaluate with world=reality too; default true
+    int nworker;                   // default 0: one a processor
     OmCookie cookie;
 } OmStudyLearningDef;
 

@@ -13,7 +13,8 @@ static const OmCliOption option[] = {
     {"--set", "-s", "KEY=VALUE", "a setting of the task; may be repeated"},
     {"--learners", NULL, "LIST", "of ppo-thesis, ppo, gail, clone", "all"},
     {"--seeds", NULL, "N", "trainings of each learner", "3", NULL, 1, 9},
-    {"--steps", "-n", "N", "steps of a training", "60000", NULL, 1, 2e9},
+    {"--steps", "-n", "N", "steps of a training of PPO", "100000", NULL, 1, 2e9},
+    {"--gail-steps", NULL, "N", "steps of a training of GAIL", "16384", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},
     {"--same-task", NULL, NULL, "train in the task of the evaluation, with moves of 0.5 mm"},
     {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
@@ -47,7 +48,7 @@ static OmStatus read_learners(const char* list, OmStudyLearningDef* def) {
 
 static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key)[KEY],
                          OmStudyLearningDef* def) {
-    int npositional, nstep = (int)def->nstep;
+    int npositional, nstep = (int)def->nstep, gail_nstep = (int)def->gail_nstep;
     const char* word;
     OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
@@ -65,7 +66,9 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     OM_TRY(read_learners(om_cli_get(args, "--learners"), def));
     OM_TRY(om_cli_int(args, "--seeds", &def->nseed));
     OM_TRY(om_cli_int(args, "--steps", &nstep));
+    OM_TRY(om_cli_int(args, "--gail-steps", &gail_nstep));
     def->nstep = nstep;
+    def->gail_nstep = gail_nstep;
     def->has_reality = om_cli_get(args, "--no-reality") == NULL;
     if (om_cli_get(args, "--same-task")) def->ntrain_setting = 0;
     return om_cli_int(args, "--workers", &def->nworker);

@@ -41,7 +41,8 @@ static void run(OmRlPolicy* policy, const OmRlTask* task, double* score) {
 
 static void test_policies(void** state) {
     (void)state;
-    static const char* const file[] = {"weights/retract_ppo.safetensors", "weights/retract_gail.safetensors"};
+    static const char* const file[] = {"weights/retract_ppo.safetensors",
+                                       "weights/retract_gail.safetensors"};
     // an episode that ends neither by success nor soon is cut, to keep the test short
     const OmRlSetting setting[] = {{"max_step", "600"}};
     OmRlTask* task;
