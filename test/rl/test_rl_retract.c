@@ -99,11 +99,27 @@ static void test_scene(void** state) {
     }
 }
 
+// Fat at rest hides the tumour; fat with the same pixels, but behind the tumour, hides nothing.
+static void test_exposure(void** state) {
+    (void)state;
+    const OmRlRetract* t = om__rl_retract(shared);
+    static double x[2700], pixel[2700];
+    OmVec3 eye = t->def.endoscope.pose_world_camera.p;
+    for (int i = 0; i < t->nvert; ++i)
+        om_store3(x, i, om_madd(eye, 1.5, om_sub(om_load3(t->rest_x, i), eye)));
+    assert_near(om__rl_exposure(t, t->rest_x, pixel), 0, 0);
+    assert_near(om__rl_exposure(t, x, pixel), 1, 0);
+}
+
 // Distance and normal of the field against the implicit function on rays from the centre.
 static void test_ground(void** state) {
     (void)state;
     const OmRlGround* g = &om__rl_retract(shared)->ground;
     OmRng rng = om_rng_init(7, 0);
+    OmVec3 up;
+    assert_near(om__rl_ground_distance(g, om_vec3(0.2, 0, 0.01), &up) - g->shift, 0.01, 1e-12);
+    assert_near(om__rl_ground_distance(g, om_vec3(0, 0.2, -0.01), &up) - g->shift, -0.01, 1e-12);
+    assert_near(up.z, 1, 0);
     for (int n = 0; n < 200; ++n) {
         OmVec3 way = om_normalize(om_vec3(om_rng_normal(&rng), om_rng_normal(&rng),
                                           0.2 + fabs(om_rng_normal(&rng)))),
@@ -359,12 +375,12 @@ static void test_settings(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scene),      cmocka_unit_test(test_ground),
-        cmocka_unit_test(test_action),     cmocka_unit_test(test_thesis_reward),
-        cmocka_unit_test(test_our_reward), cmocka_unit_test(test_snapshots),
-        cmocka_unit_test(test_workers),    cmocka_unit_test(test_random),
-        cmocka_unit_test(test_sleep),      cmocka_unit_test(test_release),
-        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_scene),         cmocka_unit_test(test_exposure),
+        cmocka_unit_test(test_ground),        cmocka_unit_test(test_action),
+        cmocka_unit_test(test_thesis_reward), cmocka_unit_test(test_our_reward),
+        cmocka_unit_test(test_snapshots),     cmocka_unit_test(test_workers),
+        cmocka_unit_test(test_random),        cmocka_unit_test(test_sleep),
+        cmocka_unit_test(test_release),       cmocka_unit_test(test_settings),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
