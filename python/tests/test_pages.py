@@ -77,7 +77,7 @@ def page(tmp_path_factory):
 def test_every_task_has_a_pair():
     text = PAGE.read_text(encoding="utf-8")
     tasks = text.split("\n## ")[1:]
-    assert len(tasks) >= 12
+    assert len(tasks) >= 13
     for task in tasks:
         kinds = {kind for kind, _ in BLOCK.findall(task)}
         assert "python" in kinds and kinds & {"c", "yaml", "sh"}, task.splitlines()[0]
@@ -89,6 +89,7 @@ def test_what_the_python_of_the_page_computes(page):
     assert 0 < names["sag"] < 0.005 and 0.01 < np.linalg.norm(names["force"]) < 5
     assert names["contact"].force[2] > 0.01 and names["contact"].ncontact > 3
     assert names["result"].is_exposed and len(names["depth"]) == 240 and (names["ids"] == 0).any()
+    assert names["step"].observation.shape == (4, 12) and names["image"].std() > 10
     assert len(names["patient"].roi_point) == 200 and names["fat"].attached.any()
 
 
@@ -102,8 +103,9 @@ def test_the_calibrations_of_the_page_find_the_answer(page):
 
 
 def test_files_of_the_page_are_the_same_by_both_ways(page):
-    """Shell and Python build the same patient and run the same operation."""
+    """Shell and Python build the same patient and run the same operation; the shell has trained a policy."""
     folder, names, _ = page
+    assert (folder / "policy" / "policy.safetensors").stat().st_size > 10000
     same = om.Patient.load(folder / "fat")
     assert same.mesh.x == pytest.approx(names["patient"].mesh.x, abs=1e-7) and np.array_equal(same.mesh.tet, names["patient"].mesh.tet)
     first, again = ((folder / name / "audit.jsonl").read_text().splitlines() for name in ("small", "small_again"))
