@@ -112,7 +112,8 @@ grep -q '^skipped: two ranks over MPI: Open MPI is not installed$' "$tmp/log" ||
 good
 mkdir -p build/tsan build/mpi build/release/bin
 printf '#!/bin/bash\nexit ${BENCH:-0}\n' > build/release/bin/omentum_bench
-chmod +x build/release/bin/omentum_bench
+printf '#!/bin/bash\nexit ${PYTHON_BENCH:-0}\n' > tools/python_run.sh
+chmod +x build/release/bin/omentum_bench tools/python_run.sh
 printf 'mutants:\n\t@test "$(MUTANTS)" != live\n' > Makefile
 run --all || fail "a good tree fails with --all"
 [ "$(last)" = "24 passed, 0 failed, 10 skipped" ] || fail "counts of all checks: $(last)"
@@ -121,6 +122,7 @@ for name in 'build with the thread sanitizer' 'every benchmark' 'build with MPI'
 done
 ! BENCH=1 run --all || fail "a broken benchmark passes"
 grep -q '^failed: every benchmark$' "$tmp/log" || fail "the benchmark is not named"
+! PYTHON_BENCH=1 run --all || fail "a broken benchmark in Python passes"
 ! MUTANTS=live run --all || fail "mutants that live pass"
 
 # What a person types is what this script does.
