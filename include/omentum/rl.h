@@ -54,7 +54,8 @@ typedef struct OmRlTaskOps {
     OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
     /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
     void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);
-    /// Bytes of a state: after restore every later step gives the bytes of the saved state.
+    /// Bytes of a state: after restore every later step gives the bytes of the saved state. Where a state is one block
+    /// of memory without pointers, save and restore may be null: the block is copied.
     size_t (*state_size)(const OmRlTask* task);
     void (*save)(const OmRlTask* task, const void* state, void* block);
     void (*restore)(const OmRlTask* task, void* state, const void* block);

@@ -4,7 +4,6 @@
 // pole of half length 0.5 m and 0.1 kg on a cart of 1 kg. An episode ends at 12 degrees or 2.4 m, and is
 // truncated at 500 steps. Reward 1 a step.
 #include <math.h>
-#include <string.h>
 
 #include "rl/rl_internal.h"
 
@@ -88,16 +87,6 @@ static size_t state_size(const OmRlTask* task) {
     return sizeof(State);
 }
 
-static void save(const OmRlTask* task, const void* state, void* block) {
-    (void)task;
-    memcpy(block, state, sizeof(State));
-}
-
-static void restore(const OmRlTask* task, void* state, const void* block) {
-    (void)task;
-    memcpy(state, block, sizeof(State));
-}
-
 static const OmRlTaskOps ops = {.destroy = destroy,
                                 .state_create = state_create,
                                 .state_destroy = state_destroy,
@@ -105,9 +94,7 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .step = step,
                                 .observe = observe,
                                 .expert = expert,
-                                .state_size = state_size,
-                                .save = save,
-                                .restore = restore};
+                                .state_size = state_size};
 
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {NULL};

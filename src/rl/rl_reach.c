@@ -102,16 +102,6 @@ static size_t state_size(const OmRlTask* task) {
     return sizeof(State);
 }
 
-static void save(const OmRlTask* task, const void* state, void* block) {
-    (void)task;
-    memcpy(block, state, sizeof(State));
-}
-
-static void restore(const OmRlTask* task, void* state, const void* block) {
-    (void)task;
-    memcpy(state, block, sizeof(State));
-}
-
 static const OmRlTaskOps ops = {.destroy = destroy,
                                 .state_create = state_create,
                                 .state_destroy = state_destroy,
@@ -120,9 +110,7 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .observe = observe,
                                 .info = info,
                                 .expert = expert,
-                                .state_size = state_size,
-                                .save = save,
-                                .restore = restore};
+                                .state_size = state_size};
 
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {"step", NULL};

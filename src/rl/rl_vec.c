@@ -266,6 +266,20 @@ size_t om_rl_vec_size(const OmRlVec* vec) {
     return sizeof head + (size_t)vec->def.nenv * (sizeof(Env) + (size_t)head.state_size);
 }
 
+static void save_state(const OmRlTask* task, const void* state, void* block) {
+    if (task->ops->save)
+        task->ops->save(task, state, block);
+    else
+        memcpy(block, state, task->ops->state_size(task));
+}
+
+static void restore_state(const OmRlTask* task, void* state, const void* block) {
+    if (task->ops->restore)
+        task->ops->restore(task, state, block);
+    else
+        memcpy(state, block, task->ops->state_size(task));
+}
+
 void om_rl_vec_save(const OmRlVec* vec, void* block) {
     const OmRlTask* task = vec->def.task;
     Head head = head_of(vec);
@@ -274,7 +288,7 @@ void om_rl_vec_save(const OmRlVec* vec, void* block) {
     at += sizeof head;
     for (int i = 0; i < vec->def.nenv; ++i) {
         memcpy(at, &vec->env[i], sizeof(Env));
-        task->ops->save(task, vec->state[i], at + sizeof(Env));
+        save_state(task, vec->state[i], at + sizeof(Env));
         at += sizeof(Env) + (size_t)head.state_size;
     }
 }
@@ -289,7 +303,7 @@ OmStatus om_rl_vec_restore(OmRlVec* vec, const void* block) {
     at += sizeof head;
     for (int i = 0; i < vec->def.nenv; ++i) {
         memcpy(&vec->env[i], at, sizeof(Env));
-        task->ops->restore(task, vec->state[i], at + sizeof(Env));
+        restore_state(task, vec->state[i], at + sizeof(Env));
         at += sizeof(Env) + (size_t)head.state_size;
     }
     return OM_OK;

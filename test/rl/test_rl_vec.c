@@ -227,12 +227,12 @@ static void test_cart_pole_numbers(void** state) {
     void* env;
     assert_int_equal(task->ops->state_size(task), sizeof s);
     assert_ok(task->ops->state_create(task, &env));
-    task->ops->restore(task, env, s);
+    memcpy(env, s, task->ops->state_size(task));
     for (int t = 0, k = 0; t < 20; ++t) {
         assert_ok(task->ops->step(task, env, &action[t], &reward, &is_terminated));
         assert_false(is_terminated);
         if (k < 3 && t == want[k].step) {
-            task->ops->save(task, env, s);
+            memcpy(s, env, task->ops->state_size(task));
             // the same formula in double, summed in another order
             for (int i = 0; i < 4; ++i) assert_near(s[i], want[k].value[i], 1e-13);
             ++k;
