@@ -285,6 +285,9 @@ static OmStatus add_run(OmReport* page, const Demo* d) {
     char text[512];
     om_report_heading(page, "4. The operation");
     om_report_paragraph(page, r->reason);
+    if (d->plan.chosen >= 0 && r->naction > 0 && r->action[0].block != d->plan.chosen)
+        om_report_paragraph(page, "The robot did not follow the plan before: run/report.html says "
+                                  "why, with the reasons for each later plan.");
     OM_TRY(add_frames(page, d));
     om_report_heading(page, "5. Warning and update");
     if (r->nwarning[0] > 0)

@@ -83,6 +83,24 @@ static OmStatus print_grasp(const OmPlan* plan, OmText* t) {
     return om_text_append(t, ".");
 }
 
+// Why the first plan is not the one made before the operation; nothing where it is, or where there was none.
+static OmStatus print_plan_before(const OmLoop* loop, const OmSituation* s, OmText* t) {
+    const OmPreplan* before = loop->preplan;
+    if (!before || before->chosen < 0 || om_loop_preplan(loop) || loop->result.nplan > 1)
+        return OM_OK;
+    const int b = before->chosen;
+    const char* why = "its arm cannot reach it";
+    if (loop->is_forbidden[b])
+        why = "a person forbids it";
+    else if (loop->point[b].source == GRASP_NONE)
+        why = "the depth camera sees no tissue there";
+    else if (s->is_fixed[b])
+        why = "it lies over or beside an attachment";
+    return om_text_append(
+        t, "The plan made before the operation grasps (%d,%d) and is not followed: %s. ",
+        b % s->n + 1, b / s->n + 1, why);
+}
+
 OmStatus om_words_plan(const OmLoop* loop, const OmSituation* s, const OmPlan* plan, OmText* t) {
     if (s->is_visible)
         return om_text_append(t, "The region of interest is seen: no plan is needed.");
@@ -94,6 +112,7 @@ OmStatus om_words_plan(const OmLoop* loop, const OmSituation* s, const OmPlan* p
         return print_excluded(loop, s, t);
     }
     const OmPreplan* before = om_loop_preplan(loop);
+    OM_TRY(print_plan_before(loop, s, t));
     if (before) {
         OM_TRY(om_text_append(t, "The plan made before the operation is followed: %s.",
                               before->reason));
