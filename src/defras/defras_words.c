@@ -86,7 +86,7 @@ static OmStatus print_grasp(const OmPlan* plan, OmText* t) {
 // Why the first plan is not the one made before the operation; nothing where it is, or where there was none.
 static OmStatus print_plan_before(const OmLoop* loop, const OmSituation* s, OmText* t) {
     const OmPreplan* before = loop->preplan;
-    if (!before || before->chosen < 0 || om_loop_preplan(loop) || loop->result.nplan > 1)
+    if (!before || before->chosen < 0 || om_loop_preplan(loop) || loop->result.nplan != 1)
         return OM_OK;
     const int b = before->chosen;
     const char* why = "its arm cannot reach it";

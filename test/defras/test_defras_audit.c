@@ -256,6 +256,13 @@ static void test_words_of_plans_and_actions(void** state) {
     EXPECT_WORDS(om_words_plan(&loop, &s, &plan, &t),
                  "The plan made before the operation is followed: it needs little force.");
     loop.is_preplan = false;
+    loop.result.nplan = 1;  // the first plan is another one
+    before.chosen = 5, loop.point[5].source = GRASP_NONE;
+    EXPECT_WORDS(om_words_plan(&loop, &s, &plan, &t),
+                 "The plan made before the operation grasps (3,2) and is not followed: the depth "
+                 "camera sees no tissue there. PSM2 grasps point (1,2), which lies over the region "
+                 "of interest.");
+    loop.result.nplan = 2;
     plan.grasp_block = -1;
     plan.action[0] = (OmPlanAction){OM_PLAN_MOVE_AWAY, 0, 5, 0};
     EXPECT_WORDS(om_words_plan(&loop, &s, &plan, &t),
