@@ -2,7 +2,7 @@
 //
 // The motion of the robot in task "retract" without tissue: each axis moves by -1, 0 or +1 step (5.3 of the thesis),
 // positions are in units of the box. Reward: minus the distance to the goal, as a share of the diagonal. The episode
-// ends when the tip is within a step and a half of the goal.
+// ends when the tip is within a step and a half of the goal; with fixed_horizon=1 it lasts until the limit of steps.
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +11,8 @@
 
 typedef struct Reach {
     OmRlTask head;
-    double step;  // as a share of the box
+    double step;             // as a share of the box
+    bool has_fixed_horizon;  // the goal does not end an episode
 } Reach;
 
 typedef struct State {
@@ -67,7 +68,7 @@ static OmStatus step(const OmRlTask* task, void* state, const int* action, doubl
     s->p.z = move(s->p.z, r->step, action[2]);
     double distance = om_distance(s->p, s->goal);
     *reward = -distance / sqrt(3.0);
-    *is_terminated = distance < 1.5 * r->step;
+    *is_terminated = distance < 1.5 * r->step && !r->has_fixed_horizon;
     return OM_OK;
 }
 
@@ -113,13 +114,19 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .state_size = state_size};
 
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
-    static const char* const known[] = {"step", NULL};
-    double size = 0.05;
+    static const char* const known[] = {"step", "fixed_horizon", NULL};
+    double size = 0.05, fixed_horizon = 0;
     *task = NULL;
     for (int i = 0; i < nsetting; ++i) {
-        if (strcmp(setting[i].key, "step") != 0)
+        if (strcmp(setting[i].key, "step") == 0) {
+            OM_TRY(om__rl_setting_number("reach", &setting[i], 1e-3, 0.2, &size));
+        } else if (strcmp(setting[i].key, "fixed_horizon") == 0) {
+            OM_TRY(om__rl_setting_number("reach", &setting[i], 0, 1, &fixed_horizon));
+            OM_CHECK(fixed_horizon == 0 || fixed_horizon == 1, OM_INVALID,
+                     "task reach: fixed_horizon is \"%s\", must be 0 or 1", setting[i].value);
+        } else {
             return om__rl_setting_unknown("reach", &setting[i], known);
-        OM_TRY(om__rl_setting_number("reach", &setting[i], 1e-3, 0.2, &size));
+        }
     }
     Reach* r = om_calloc(1, sizeof *r);
     if (!r) return OM_NO_MEMORY;
@@ -135,8 +142,10 @@ OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask*
                          .score_name = "reached",
                          .target = 0.99};
     r->step = size;
+    r->has_fixed_horizon = fixed_horizon == 1;
     r->head.hash = om_hash(r->head.name, sizeof r->head.name, OM_HASH_SEED);
     r->head.hash = om_hash(&size, sizeof size, r->head.hash);
+    r->head.hash = om_hash(&fixed_horizon, sizeof fixed_horizon, r->head.hash);
     *task = &r->head;
     return OM_OK;
 }

@@ -283,6 +283,33 @@ static void test_experts(void** state) {
     om_rl_task_destroy(task);
 }
 
+// With a fixed horizon the tip is at the goal before the end, and every episode has max_step steps.
+static void test_fixed_horizon(void** state) {
+    (void)state;
+    OmRlTask *task, *free_task = task_of("reach");
+    assert_ok(om_rl_task_create("reach", &(OmRlSetting){"fixed_horizon", "1"}, 1, &task));
+    assert_true(task->hash != free_task->hash);
+    OmRlVec* vec = vec_of(task, 1, 1);
+    OmRng rng = om_rng_init(2, 0);
+    float obs[NENV * 7];
+    bool is_terminated[NENV], is_truncated[NENV];
+    int action[NENV * 3], nnear = 0;
+    assert_ok(om_rl_vec_reset(vec, obs));
+    for (int t = 1; t <= task->max_step; ++t) {
+        for (int i = 0; i < NENV; ++i) assert_ok(om_rl_vec_expert(vec, i, &rng, action + 3 * i));
+        assert_ok(om_rl_vec_step(vec, action, &(OmRlStep){obs, NULL, is_terminated, is_truncated}));
+        for (int i = 0; i < NENV; ++i) {
+            assert_false(is_terminated[i]);
+            assert_int_equal(is_truncated[i], t == task->max_step);
+            if (t < task->max_step) nnear += obs[7 * i + 6] < 1.5F * 0.05F;
+        }
+    }
+    assert_true(nnear > NENV * task->max_step / 2);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+    om_rl_task_destroy(free_task);
+}
+
 static void test_refused(void** state) {
     (void)state;
     OmRlTask *task, *other;
@@ -296,6 +323,9 @@ static void test_refused(void** state) {
     assert_non_null(strstr(om_error_message(), "did you mean step?"));
     assert_status(om_rl_task_create("reach", &(OmRlSetting){"step", "x"}, 1, &task), OM_INVALID);
     assert_status(om_rl_task_create("reach", &(OmRlSetting){"step", "2"}, 1, &task), OM_INVALID);
+    assert_status(om_rl_task_create("reach", &(OmRlSetting){"fixed_horizon", "0.5"}, 1, &task),
+                  OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "fixed_horizon is \"0.5\", must be 0 or 1"));
     assert_ok(om_rl_task_create("reach", &(OmRlSetting){"step", "0.1"}, 1, &other));
     task = task_of("reach");
     assert_true(task->hash != other->hash);
@@ -353,6 +383,7 @@ int main(void) {
         cmocka_unit_test(test_cart_pole_numbers),
         cmocka_unit_test(test_starts),
         cmocka_unit_test(test_experts),
+        cmocka_unit_test(test_fixed_horizon),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_memory),
     };
