@@ -64,7 +64,9 @@ typedef struct OmRlTaskOps {
 struct OmRlTask {  // head of every kind of task; constant after creation
     const OmRlTaskOps* ops;
     char name[OM_RL_NAME];
-    int nobservation;               // values of an observation, > 0
+    int nobservation;  // values of an observation, > 0
+    // Of an observation that is an RGB picture: its rows from the top, 3 values of 0 to 1 a pixel; 0: it is no picture.
+    int picture_width, picture_height;
     int naction;                    // components of an action, 1 to OM_RL_MAX_ACTION
     int nchoice[OM_RL_MAX_ACTION];  // choices of each, >= 2
     int max_step;                   // steps after which an episode is truncated, > 0

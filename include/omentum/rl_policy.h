@@ -2,7 +2,8 @@
 ///
 /// The actor maps an observation to one number for each choice of each component of an action; the probabilities of a
 /// component are the softmax of its numbers (a multi-discrete categorical policy). The critic maps an observation to
-/// the expected discounted return. Both are perceptrons (Fig. 5.5 of the thesis).
+/// the expected discounted return. Both are perceptrons (Fig. 5.5 of the thesis); where the observation is a picture,
+/// three convolutions come first (Mnih et al. 2015).
 ///
 ///     OmRlPolicyDef def = om_rl_policy_default_def(task);
 ///     OmRlPolicy* policy; OmRlActor* actor;
@@ -20,6 +21,8 @@
 extern "C" {
 #endif
 
+#define OM_RL_MIN_SIDE 36  // of a picture for the convolutions
+
 typedef struct OmRlPolicyDef {
     OmCookie cookie;
     char task[OM_RL_NAME];          // its name
@@ -28,8 +31,11 @@ typedef struct OmRlPolicyDef {
     int nchoice[OM_RL_MAX_ACTION];  // choices of each
     int nlayer;                     // hidden layers, 1 to 8, default 2
     int width;                      // of each, 1 to 4096, default 128
-    OmActivation activation;        // of each, default OM_TANH
-    uint64_t seed;                  // of the weights, default 1
+    OmActivation activation;        // of each, default OM_TANH; of a picture OM_RELU
+    // Sides of the picture that is observed, at least OM_RL_MIN_SIDE: convolutions. 0 (default where the task's
+    // observation is no picture, or a smaller one): a perceptron reads the values.
+    int picture_width, picture_height;
+    uint64_t seed;  // of the weights, default 1
 } OmRlPolicyDef;
 OM_API OmRlPolicyDef om_rl_policy_default_def(const OmRlTask* task);
 
@@ -53,7 +59,8 @@ OM_API OmStatus om_rl_policy_save(const OmRlPolicy* policy, const OmTextPair* me
                                   const char* path);
 /// @return OM_OK; OM_INVALID (no such file of a policy, or damaged); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_rl_policy_load(const char* path, OmRlPolicy** policy);
-/// Write the actor as ONNX: input "input" (n x nobservation x 1 x 1 x 1), output the numbers before the softmax.
+/// Write the actor as ONNX: input "input" (n x nobservation x 1 x 1 x 1, of a picture n x 1 x height x width x 3),
+/// output the numbers before the softmax.
 /// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_rl_policy_save_onnx(const OmRlPolicy* policy, const char* path);
 

@@ -66,7 +66,8 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     // file of the dVRK that replaces it (om_psm_load_instrument), borrowed for create; default null
     const char* instrument_file;
     OmCamera endoscope;
-    int picture_width, picture_height;  // of render; default 84 x 84
+    // of render and of the observation, 8 to 1024; default 84 x 84
+    int picture_width, picture_height;
     // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm
     double goal_along;
     // ---- episodes
@@ -82,7 +83,8 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     double start_height;     // of the tip above the fat at the start; default 12 mm
     OmRlReward reward;       // default OM_RL_REWARD_EXPOSE
     int npoint;              // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
-    bool is_awake;           // step the tissue also while nothing touches it; default false
+    bool has_picture;  // the observation is the endoscope's picture, nothing else; default false
+    bool is_awake;     // step the tissue also while nothing touches it; default false
     // ---- errors of "reality" and of randomisation
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;

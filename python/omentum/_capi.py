@@ -90,6 +90,7 @@ OM_RL_MAX_ACTION = 8
 OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
 OM_RL_MAX_POINT = 64
+OM_RL_MIN_SIDE = 36
 OM_RL_NAME = 32
 OM_RL_NMETHOD = 3
 OM_RL_WAIT = -1
@@ -5412,6 +5413,8 @@ class OmRlTask(Struct):
     ops: Any
     name: str
     nobservation: int
+    picture_width: int
+    picture_height: int
     naction: int
     nchoice: Numbers
     max_step: int
@@ -5518,8 +5521,11 @@ class OmRlPolicyDef(Struct):
     int nchoice[OM_RL_MAX_ACTION];  // choices of each
     int nlayer;                     // hidden layers, 1 to 8, default 2
     int width;                      // of each, 1 to 4096, default 128
-    OmActivation activation;        // of each, default OM_TANH
-    uint64_t seed;                  // of the weights, default 1
+    OmActivation activation;        // of each, default OM_TANH; of a picture OM_RELU
+    // Sides of the picture that is observed, at least OM_RL_MIN_SIDE: convolutions. 0 (default where the task's
+    // observation is no picture, or a smaller one): a perceptron reads the values.
+    int picture_width, picture_height;
+    uint64_t seed;  // of the weights, default 1
 } OmRlPolicyDef;"""
     cookie: int
     task: str
@@ -5529,6 +5535,8 @@ class OmRlPolicyDef(Struct):
     nlayer: int
     width: int
     activation: Choice[OmActivation]
+    picture_width: int
+    picture_height: int
     seed: int
 
 
@@ -5608,7 +5616,8 @@ class OmRlRetractDef(Struct):
     // file of the dVRK that replaces it (om_psm_load_instrument), borrowed for create; default null
     const char* instrument_file;
     OmCamera endoscope;
-    int picture_width, picture_height;  // of render; default 84 x 84
+    // of render and of the observation, 8 to 1024; default 84 x 84
+    int picture_width, picture_height;
     // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm
     double goal_along;
     // ---- episodes
@@ -5624,7 +5633,8 @@ class OmRlRetractDef(Struct):
     double start_height;     // of the tip above the fat at the start; default 12 mm
     OmRlReward reward;       // default OM_RL_REWARD_EXPOSE
     int npoint;              // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
-    bool is_awake;           // step the tissue also while nothing touches it; default false
+    bool has_picture;  // the observation is the endoscope's picture, nothing else; default false
+    bool is_awake;     // step the tissue also while nothing touches it; default false
     // ---- errors of "reality" and of randomisation
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;
@@ -5666,6 +5676,7 @@ class OmRlRetractDef(Struct):
     start_height: float
     reward: Choice[OmRlReward]
     npoint: int
+    has_picture: bool
     is_awake: bool
     tip_error: float
     camera_noise: float
@@ -6932,17 +6943,17 @@ complete(OmReportSpan, [("label", c_char_p), ("begin", c_double), ("end", c_doub
 complete(OmReportBox, [("min", c_double), ("lower", c_double), ("median", c_double), ("upper", c_double), ("max", c_double), ("n", c_int)], {})
 complete(OmReportChart, [("title", c_char_p), ("x_label", c_char_p), ("y_label", c_char_p), ("series", OmReportSeries * 6), ("nseries", c_int), ("has_limit", c_bool), ("limit", c_double), ("limit_name", c_char_p), ("limit2", c_double), ("limit2_name", c_char_p), ("is_log_x", c_bool), ("is_log_y", c_bool), ("has_range", c_bool), ("y_min", c_double), ("y_max", c_double), ("event", c_void_p), ("nevent", c_int), ("span", POINTER(OmReportSpan)), ("nspan", c_int), ("ngroup", c_int), ("group", POINTER(c_char_p)), ("box", POINTER(OmReportBox))], {})
 complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_create", CFUNCTYPE(c_int, POINTER(OmRlTask), POINTER(c_void_p))), ("state_destroy", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p)), ("reset", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, OmRng, c_int)), ("step", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p, c_void_p, c_void_p)), ("observe", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("info", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("render", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, POINTER(OmPicture))), ("expert", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, POINTER(OmRng), c_void_p)), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmRlTask))), ("save", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p))], {})
-complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("hash", c_uint64)], {})
+complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("hash", c_uint64)], {})
 complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
 complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
 complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool), ("has_autoreset", c_bool)], {})
 complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
 complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
-complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("seed", c_uint64)], {"activation": OmActivation})
+complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("seed", c_uint64)], {"activation": OmActivation})
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
-complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
 complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})

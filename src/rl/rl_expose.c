@@ -139,6 +139,15 @@ static double potential_of(const OmRlExpose* e, const Episode* now) {
     return sum;
 }
 
+static void close_tools(State* s) {
+    for (int k = 0; k < NARM; ++k) s->fat->tool[k].is_closed = s->now.arm[k].is_holding;
+}
+
+static OmStatus look(const OmRlRetract* t, State* s) {
+    close_tools(s);
+    return om__rl_look(t, s->fat);
+}
+
 static OmStatus step(const OmRlTask* task, void* state, const int* action, double* reward,
                      bool* is_terminated) {
     const OmRlExpose* e = expose_of(task);
@@ -158,7 +167,7 @@ static OmStatus step(const OmRlTask* task, void* state, const int* action, doubl
     s->now.potential = potential_of(e, &s->now);
     *reward = s->now.potential - before - SHAPE_STEP;
     if (*is_terminated) *reward += SHAPE_END * s->now.exposure;
-    return OM_OK;
+    return look(scene_of(task), s);
 }
 
 // ---- the table --------------------------------------------------------------------------------------
@@ -215,13 +224,17 @@ static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
     }
     s->now.exposure = t->rest_exposure;
     s->now.potential = potential_of(e, &s->now);
-    return OM_OK;
+    return look(t, s);
 }
 
 static void observe(const OmRlTask* task, const void* state, float* obs) {
     const OmRlExpose* e = expose_of(task);
     const OmRlRetract* t = scene_of(task);
     const State* s = state;
+    if (t->def.has_picture) {
+        om__rl_put_picture(s->fat, obs);
+        return;
+    }
     obs = om__rl_put_point(t, t->q, obs);
     for (int k = 0; k < NARM; ++k) {
         const Arm* arm = &s->now.arm[k];
@@ -231,10 +244,6 @@ static void observe(const OmRlTask* task, const void* state, float* obs) {
         *obs++ = (float)(om_distance(arm->tip, e->target[k]) / t->d_max);
         *obs++ = arm->is_holding ? 1 : 0;
     }
-}
-
-static void close_tools(State* s) {
-    for (int k = 0; k < NARM; ++k) s->fat->tool[k].is_closed = s->now.arm[k].is_holding;
 }
 
 static OmStatus info(const OmRlTask* task, void* state, double* value) {
@@ -278,19 +287,28 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
 }
 
 static size_t state_size(const OmRlTask* task) {
-    return sizeof(Episode) + scene_of(task)->tissue_size;
+    const OmRlRetract* t = scene_of(task);
+    return sizeof(Episode) + t->tissue_size + om__rl_picture_size(t);
 }
 
 static void save(const OmRlTask* task, const void* state, void* block) {
+    const OmRlRetract* t = scene_of(task);
     const State* s = state;
-    memcpy(block, &s->now, sizeof s->now);
-    memcpy((char*)block + sizeof s->now, s->fat->tissue, scene_of(task)->tissue_size);
+    char* at = block;
+    memcpy(at, &s->now, sizeof s->now);
+    memcpy(at + sizeof s->now, s->fat->tissue, t->tissue_size);
+    if (t->def.has_picture)
+        memcpy(at + sizeof s->now + t->tissue_size, s->fat->seen.pixel, om__rl_picture_size(t));
 }
 
 static void restore(const OmRlTask* task, void* state, const void* block) {
+    const OmRlRetract* t = scene_of(task);
     State* s = state;
-    memcpy(&s->now, block, sizeof s->now);
-    memcpy(s->fat->tissue, (const char*)block + sizeof s->now, scene_of(task)->tissue_size);
+    const char* at = block;
+    memcpy(&s->now, at, sizeof s->now);
+    memcpy(s->fat->tissue, at + sizeof s->now, t->tissue_size);
+    if (t->def.has_picture)
+        memcpy(s->fat->seen.pixel, at + sizeof s->now + t->tissue_size, om__rl_picture_size(t));
 }
 
 static const OmRlTaskOps ops = {.destroy = destroy,
@@ -321,6 +339,11 @@ static void fill_head(OmRlExpose* e) {
                     .score_name = "exposure",
                     .target = 0.95};
     for (int k = 0; k < 3 * NARM; ++k) h->nchoice[k] = 3;
+    if (e->retract->picture_width > 0) {
+        h->nobservation = e->retract->nobservation;
+        h->picture_width = e->retract->picture_width;
+        h->picture_height = e->retract->picture_height;
+    }
     h->hash = om_hash(e->goal, sizeof e->goal, e->retract->hash);
 }
 
@@ -337,10 +360,11 @@ static OmStatus fill(OmRlExpose* e) {
 }
 
 OmStatus om__rl_expose_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
-    static const char* const known[] = {"tissue", "max_step", "move_mm", "start_height_mm", NULL};
+    static const char* const known[] = {"tissue",  "max_step",     "move_mm", "start_height_mm",
+                                        "picture", "picture_side", NULL};
     OmRlSetting all[8] = {{"tissue", "thesis"}};
     *task = NULL;
-    OM_CHECK(nsetting <= 7, OM_INVALID, "task expose has 4 settings, %d are given", nsetting);
+    OM_CHECK(nsetting <= 7, OM_INVALID, "task expose has 6 settings, %d are given", nsetting);
     for (int k = 0; k < nsetting; ++k) {
         int n = 0;
         while (known[n] && strcmp(known[n], setting[k].key) != 0) ++n;

@@ -41,6 +41,11 @@ OmRlPolicyDef om_rl_policy_default_def(const OmRlTask* task) {
                          .width = 128,
                          .activation = OM_TANH,
                          .seed = 1};
+    if (task->picture_width >= OM_RL_MIN_SIDE && task->picture_height >= OM_RL_MIN_SIDE) {
+        def.picture_width = task->picture_width;
+        def.picture_height = task->picture_height;
+        def.activation = OM_RELU;
+    }
     memcpy(def.task, task->name, sizeof def.task);
     memcpy(def.nchoice, task->nchoice, sizeof def.nchoice);
     return def;
@@ -61,23 +66,65 @@ static OmStatus check_def(const OmRlPolicyDef* d) {
              d->nlayer);
     OM_CHECK(d->width >= 1 && d->width <= 4096, OM_INVALID,
              "policy: width is %d, outside 1 to 4096", d->width);
+    const int w = d->picture_width, h = d->picture_height;
+    bool is_picture = w >= OM_RL_MIN_SIDE && h >= OM_RL_MIN_SIDE && w <= 1024 && h <= 1024;
+    OM_CHECK((w == 0 && h == 0) || (is_picture && d->nobservation == 3 * w * h), OM_INVALID,
+             "policy: a picture of %d x %d pixels for %d observed values; sides are from %d to "
+             "1024, 3 values a pixel",
+             w, h, d->nobservation, OM_RL_MIN_SIDE);
     OM_CHECK(d->activation >= OM_RELU && d->activation <= OM_SIGMOID, OM_INVALID,
              "policy: no activation %d", (int)d->activation);
     return OM_OK;
 }
 
-OmStatus om__rl_perceptron(const char* name, int nin, int nlayer, int width,
-                           OmActivation activation, int nout, OmNet** net) {
+// The convolutions of Mnih et al. 2015. A row of the picture holds 3 values a pixel: as a volume of one channel,
+// height x width x 3, it needs no transposition, and the kernel of the first layer spans the 3 values.
+static int add_eyes(OmNet* net, const char* name, int x, OmActivation activation) {
+    static const struct {
+        int channels, kernel, stride, colours;
+    } layer[] = {{32, 8, 4, 3}, {64, 4, 2, 1}, {64, 3, 1, 1}};
+    for (int i = 0; i < 3; ++i) {
+        char text[OM_NET_NAME];
+        int k = layer[i].kernel, s = layer[i].stride;
+        OmNetConv conv = {.channels = layer[i].channels,
+                          .kernel = {k, k, layer[i].colours},
+                          .stride = {s, s, 1},
+                          .has_bias = true};
+        snprintf(text, sizeof text, "%s.eye%d", name, i);
+        x = om_net_add_activation(net, om_net_add_conv(net, text, x, conv), activation, 0.01f);
+    }
+    return x;
+}
+
+// Hidden layers and the head behind layer x.
+static OmStatus finish_perceptron(OmNet* net, const char* name, int x, const OmRlPolicyDef* d,
+                                  int nout) {
     char text[OM_NET_NAME];
-    OM_TRY(om_net_create(net));
-    int x = om_net_add_input(*net, "input", (OmNetShape){nin, 1, 1, 1});
-    for (int i = 0; i < nlayer; ++i) {
+    for (int i = 0; i < d->nlayer; ++i) {
         snprintf(text, sizeof text, "%s.%d", name, i);
-        x = om_net_add_dense(*net, text, x, width);
-        x = om_net_add_activation(*net, x, activation, 0.01f);
+        x = om_net_add_dense(net, text, x, d->width);
+        x = om_net_add_activation(net, x, d->activation, 0.01f);
     }
     snprintf(text, sizeof text, "%s.head", name);
-    return om_net_finish(*net, om_net_add_dense(*net, text, x, nout));
+    return om_net_finish(net, om_net_add_dense(net, text, x, nout));
+}
+
+OmStatus om__rl_perceptron(const char* name, int nin, int nlayer, int width,
+                           OmActivation activation, int nout, OmNet** net) {
+    const OmRlPolicyDef d = {.nlayer = nlayer, .width = width, .activation = activation};
+    OM_TRY(om_net_create(net));
+    int x = om_net_add_input(*net, "input", (OmNetShape){nin, 1, 1, 1});
+    return finish_perceptron(*net, name, x, &d, nout);
+}
+
+static OmStatus make_net(const OmRlPolicyDef* d, const char* name, int nout, OmNet** net) {
+    if (d->picture_width == 0)
+        return om__rl_perceptron(name, d->nobservation, d->nlayer, d->width, d->activation, nout,
+                                 net);
+    OM_TRY(om_net_create(net));
+    OmNetShape shape = {1, d->picture_height, d->picture_width, 3};
+    int x = add_eyes(*net, name, om_net_add_input(*net, "input", shape), d->activation);
+    return finish_perceptron(*net, name, x, d, nout);
 }
 
 OmStatus om_rl_policy_create(const OmRlPolicyDef* def, OmRlPolicy** policy) {
@@ -89,8 +136,7 @@ OmStatus om_rl_policy_create(const OmRlPolicyDef* def, OmRlPolicy** policy) {
     if (!p) return OM_NO_MEMORY;
     p->def = *def;
     for (int i = 0; i < NNET; ++i) {
-        OM_TRY_DONE(om__rl_perceptron(name[i], def->nobservation, def->nlayer, def->width,
-                                      def->activation, i ? 1 : count_logit(def), &p->net[i]));
+        OM_TRY_DONE(make_net(def, name[i], i ? 1 : count_logit(def), &p->net[i]));
         OM_ALLOC_DONE(p->param[i], om_net_parameter_size(p->net[i]));
         om_net_init_parameters(p->net[i], def->seed + (uint64_t)i * 7919, p->param[i]);
     }
@@ -129,6 +175,9 @@ OmStatus om_rl_policy_check(const OmRlPolicy* policy, const OmRlTask* task) {
              d->task, task->name);
     bool is_alike = d->nobservation == task->nobservation && d->naction == task->naction;
     for (int k = 0; is_alike && k < d->naction; ++k) is_alike = d->nchoice[k] == task->nchoice[k];
+    if (d->picture_width > 0)
+        is_alike = is_alike && d->picture_width == task->picture_width &&
+                   d->picture_height == task->picture_height;
     OM_CHECK(is_alike, OM_INVALID,
              "the policy was trained with other observations or actions of task %s (%d values, %d "
              "components)",
@@ -152,13 +201,13 @@ static int list_tensors(const OmRlPolicy* p, OmTensor out[MAX_TENSOR]) {
     return n;
 }
 
-// 4 x (8 hidden layers and a head) tensors at most, so MAX_TENSOR is enough.
+// 4 x (3 convolutions, 8 hidden layers and a head) tensors at most, so MAX_TENSOR is enough.
 OmStatus om_rl_policy_save(const OmRlPolicy* policy, const OmTextPair* meta, int nmeta,
                            const char* path) {
     const OmRlPolicyDef* d = &policy->def;
     OmTensor tensor[MAX_TENSOR];
     OmTextPair pair[MAX_META];
-    char size[4][16], choice[OM_RL_MAX_ACTION * 4] = "", checksum[20], activation[16];
+    char size[4][16], picture[32], choice[OM_RL_MAX_ACTION * 4] = "", checksum[20], activation[16];
     int n = 0, ntensor = list_tensors(policy, tensor), len = 0;
     snprintf(size[0], sizeof size[0], "%d", d->nobservation);
     snprintf(size[1], sizeof size[1], "%d", d->naction);
@@ -167,6 +216,7 @@ OmStatus om_rl_policy_save(const OmRlPolicy* policy, const OmTextPair* meta, int
     snprintf(activation, sizeof activation, "%d", (int)d->activation);
     for (int k = 0; k < d->naction; ++k)
         len += snprintf(choice + len, sizeof choice - (size_t)len, k ? " %d" : "%d", d->nchoice[k]);
+    snprintf(picture, sizeof picture, "%d %d", d->picture_width, d->picture_height);
     snprintf(checksum, sizeof checksum, "%016llx",
              (unsigned long long)om_tensor_checksum(tensor, ntensor));
     const OmTextPair own[] = {
@@ -174,6 +224,7 @@ OmStatus om_rl_policy_save(const OmRlPolicy* policy, const OmTextPair* meta, int
         {"components", size[1]}, {"choices", choice},        {"layers", size[2]},
         {"width", size[3]},      {"activation", activation}, {"checksum", checksum}};
     for (size_t i = 0; i < sizeof own / sizeof *own; ++i) pair[n++] = own[i];
+    if (d->picture_width > 0) pair[n++] = (OmTextPair){"picture", picture};
     OM_CHECK(nmeta >= 0 && nmeta <= MAX_META - n, OM_INVALID, "policy: %d lines of metadata",
              nmeta);
     for (int i = 0; i < nmeta; ++i) pair[n++] = meta[i];
@@ -194,6 +245,22 @@ static OmStatus read_choices(const char* path, const char* text, OmRlPolicyDef* 
     return OM_OK;
 }
 
+// "84 84"; null: the observation is no picture.
+static OmStatus read_picture(const char* path, const char* text, OmRlPolicyDef* d) {
+    const char *at = text, *end = text ? text + strlen(text) : NULL;
+    int64_t width = 0, height = 0;
+    if (!text) return OM_OK;
+    bool is_good = om_integer_parse(&at, end, &width) && at < end && *at++ == ' ' &&
+                   om_integer_parse(&at, end, &height) && at == end;
+    OM_CHECK(is_good && width >= OM_RL_MIN_SIDE && width <= 1024 && height >= OM_RL_MIN_SIDE &&
+                 height <= 1024,
+             OM_INVALID, "%s: picture is \"%.20s\", must be width and height from %d to 1024", path,
+             text, OM_RL_MIN_SIDE);
+    d->picture_width = (int)width;
+    d->picture_height = (int)height;
+    return OM_OK;
+}
+
 static OmStatus read_def(const OmTensorFile* file, const char* path, OmRlPolicyDef* d) {
     const char* kind = om_tensor_file_meta(file, "content");
     const char* task = om_tensor_file_meta(file, "task");
@@ -208,6 +275,7 @@ static OmStatus read_def(const OmTensorFile* file, const char* path, OmRlPolicyD
     OM_TRY(om_tensor_file_setting(file, path, "width", 1, 4096, &d->width));
     OM_TRY(om_tensor_file_setting(file, path, "activation", OM_RELU, OM_SIGMOID, &activation));
     d->activation = (OmActivation)activation;
+    OM_TRY(read_picture(path, om_tensor_file_meta(file, "picture"), d));
     return read_choices(path, om_tensor_file_meta(file, "choices"), d);
 }
 

@@ -110,6 +110,12 @@ static OmStatus check_def(const OmRlRetractDef* d) {
         d->max_step, d->hold, d->repeat);
     OM_CHECK(d->npoint >= 0 && d->npoint <= OM_RL_MAX_POINT, OM_INVALID,
              "rl retract: npoint is %d; it must be from 0 to %d", d->npoint, OM_RL_MAX_POINT);
+    OM_CHECK(d->picture_width >= 8 && d->picture_width <= 1024 && d->picture_height >= 8 &&
+                 d->picture_height <= 1024,
+             OM_INVALID, "rl retract: a picture of %d x %d pixels; sides must be from 8 to 1024",
+             d->picture_width, d->picture_height);
+    OM_CHECK(!d->has_picture || d->npoint == 0, OM_INVALID,
+             "rl retract: the observation is a picture, so npoint must be 0, not %d", d->npoint);
     OmVec3 lo = d->workspace_lo, hi = d->workspace_hi, p = d->target;
     OM_CHECK(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z, OM_INVALID,
              "rl retract: the corners of the workspace are in the wrong order");
@@ -251,6 +257,11 @@ static void fill_head(OmRlRetract* t) {
     h->ops = &om__rl_retract_ops;
     strcpy(h->name, "retract");
     h->nobservation = 12 + 3 * d->npoint;
+    if (d->has_picture) {
+        h->picture_width = d->picture_width;
+        h->picture_height = d->picture_height;
+        h->nobservation = (int)om__rl_picture_size(t);
+    }
     h->naction = d->has_gripper ? 4 : 3;
     for (int k = 0; k < 3; ++k) h->nchoice[k] = 3;
     h->nchoice[3] = d->has_gripper ? 2 : 0;
@@ -270,6 +281,9 @@ static void fill_head(OmRlRetract* t) {
                     d->camera_noise, t->q.x,         t->q.y,
                     t->q.z,          d->goal_along,  d->cluster_stiffness};
     h->hash = om_hash(own, sizeof own, hash);
+    // a state with kinematics alone has the hash that it had before there were pictures
+    if (d->has_picture)
+        h->hash = om_hash((int[2]){d->picture_width, d->picture_height}, 2 * sizeof(int), h->hash);
 }
 
 static OmStatus fill(OmRlRetract* t) {

@@ -83,7 +83,8 @@ typedef struct OmRlRetractState {
     OmSenseScene* scene;  // made by the first picture
     OmRlTool tool[OM_MAX_ARM];
     int ntool, sheet_id;
-    double* pixel;  // of vertices: column, row, 1 / depth (nvert x 3)
+    OmPicture seen;  // the observation, where it is a picture
+    double* pixel;   // of vertices: column, row, 1 / depth (nvert x 3)
 } OmRlRetractState;
 
 static inline const OmRlRetract* om__rl_retract(const OmRlTask* task) {
@@ -108,6 +109,11 @@ void om__rl_view_done(OmRlRetract* t);
 double om__rl_exposure(const OmRlRetract* t, const double* x, double* pixel);
 /// Draw the endoscope's picture.
 OmStatus om__rl_render(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture);
+/// Where the observation is a picture: take it. After it, om__rl_put_picture writes it.
+OmStatus om__rl_look(const OmRlRetract* t, OmRlRetractState* s);
+void om__rl_put_picture(const OmRlRetractState* s, float* obs);
+/// Bytes of that picture; 0: the observation is none.
+size_t om__rl_picture_size(const OmRlRetract* t);
 /// TE of 5.4.3 from a picture.
 OmStatus om__rl_measure(const OmRlRetract* t, OmRlRetractState* s, double* exposure);
 void om__rl_view_drop(OmRlRetractState* s);

@@ -34,6 +34,7 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"move_mm", NUMBER, AT(move), 1e-3, 0.01, 5},
                                 {"start_height_mm", NUMBER, AT(start_height), 1e-3, 3, 50},
                                 {"points", COUNT, AT(npoint), 1, 0, OM_RL_MAX_POINT},
+                                {"picture", FLAG, AT(has_picture), 1, 0, 1},
                                 {"awake", FLAG, AT(is_awake), 1, 0, 1},
                                 {"tip_error_mm", NUMBER, AT(tip_error), 1e-3, 0, 20},
                                 {"camera_noise", NUMBER, AT(camera_noise), 1, 0, 100}};
@@ -65,6 +66,14 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
             def->cluster_stiffness = 0.361;
         return OM_OK;
     }
+    if (strcmp(s->key, "picture_side") == 0) {
+        double side;
+        OM_TRY(om__rl_setting_number("retract", s, 8, 1024, &side));
+        OM_CHECK(side == (int)side, OM_INVALID,
+                 "task retract: picture_side is \"%s\"; it must be a whole number", s->value);
+        def->picture_width = def->picture_height = (int)side;
+        return OM_OK;
+    }
     if (strcmp(s->key, "instrument") == 0) {
         def->instrument_file = s->value;
         return OM_OK;
@@ -80,7 +89,7 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
 }
 
 static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
-    const char* known[NSETTING + 5];
+    const char* known[NSETTING + 6];
     bool is_used;
     OM_TRY(use_word(s, def, &is_used));
     if (is_used) return OM_OK;
@@ -102,7 +111,8 @@ static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
     }
     for (int k = 0; k < NSETTING; ++k) known[k] = table[k].key;
     known[NSETTING] = "reward", known[NSETTING + 1] = "tissue", known[NSETTING + 2] = "world";
-    known[NSETTING + 3] = "instrument", known[NSETTING + 4] = NULL;
+    known[NSETTING + 3] = "instrument", known[NSETTING + 4] = "picture_side";
+    known[NSETTING + 5] = NULL;
     return om__rl_setting_unknown("retract", s, known);
 }
 

@@ -170,6 +170,8 @@ static OmStatus state_create(const OmRlTask* task, void** state) {
     if (status == OM_OK) status = om_tissue_work_create(t->tissue, &s->work);
     if (status == OM_OK) status = om_contact_work_create(t->contact, &s->contact);
     if (status == OM_OK) OM_ALLOC_DONE(s->pixel, 3 * (size_t)t->nvert);
+    if (status == OM_OK && t->def.has_picture)
+        status = om_picture_init(&s->seen, t->def.picture_width, t->def.picture_height, 3);
     if (status == OM_OK) memcpy(s->tissue, t->rest, t->tissue_size);
     s->tool[0] = (OmRlTool){.psm = &t->psm, .q = s->now.q};
     s->ntool = 1;
@@ -189,6 +191,7 @@ static void state_destroy(const OmRlTask* task, void* state) {
     om_contact_work_destroy(s->contact);
     om_tissue_work_destroy(s->work);
     om_tissue_state_destroy(s->tissue);
+    om_picture_done(&s->seen);
     om_free(s->pixel);
     om_free(s);
 }
@@ -214,6 +217,11 @@ OmVec3 om__rl_draw_error(double mean, OmRng* rng) {
     return om_scale(sigma, om_vec3(e[0], e[1], e[2]));
 }
 
+static OmStatus look(const OmRlRetract* t, OmRlRetractState* s) {
+    s->tool[0].is_closed = s->now.is_closed;
+    return om__rl_look(t, s);
+}
+
 static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
     const OmRlRetract* t = om__rl_retract(task);
     OmRlRetractState* s = state;
@@ -235,7 +243,7 @@ static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
     s->now.exposure = t->rest_exposure;
     OM_TRY(om_psm_inverse(&t->psm, tip_pose(t, s), s->now.q, s->now.q));
     s->now.potential = potential_of(t, &s->now);
-    return OM_OK;
+    return look(t, s);
 }
 
 // The gripper closes where fat is within reach, or at the wish of the fourth action.
@@ -269,7 +277,7 @@ static OmStatus step(const OmRlTask* task, void* state, const int* action, doubl
         *is_terminated = s->now.nhold >= t->def.hold && !t->def.has_fixed_horizon;
         *reward += reward_of(t, &s->now, *is_terminated);
     }
-    return OM_OK;
+    return look(t, s);
 }
 
 float* om__rl_put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
@@ -283,6 +291,10 @@ float* om__rl_put_point(const OmRlRetract* t, OmVec3 p, float* obs) {
 static void observe(const OmRlTask* task, const void* state, float* obs) {
     const OmRlRetract* t = om__rl_retract(task);
     const OmRlRetractState* s = state;
+    if (t->def.has_picture) {
+        om__rl_put_picture(s, obs);
+        return;
+    }
     obs = om__rl_put_point(t, s->now.tip, obs);
     obs = om__rl_put_point(t, t->q, obs);
     obs = om__rl_put_point(t, t->def.target, obs);
@@ -341,20 +353,28 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
 // ---- snapshots --------------------------------------------------------------------------------------
 
 static size_t state_size(const OmRlTask* task) {
-    return sizeof(OmRlEpisode) + om__rl_retract(task)->tissue_size;
+    const OmRlRetract* t = om__rl_retract(task);
+    return sizeof(OmRlEpisode) + t->tissue_size + om__rl_picture_size(t);
 }
 
 static void save(const OmRlTask* task, const void* state, void* block) {
+    const OmRlRetract* t = om__rl_retract(task);
     const OmRlRetractState* s = state;
-    memcpy(block, &s->now, sizeof s->now);
-    memcpy((unsigned char*)block + sizeof s->now, s->tissue, om__rl_retract(task)->tissue_size);
+    unsigned char* at = block;
+    memcpy(at, &s->now, sizeof s->now);
+    memcpy(at + sizeof s->now, s->tissue, t->tissue_size);
+    if (t->def.has_picture)
+        memcpy(at + sizeof s->now + t->tissue_size, s->seen.pixel, om__rl_picture_size(t));
 }
 
 static void restore(const OmRlTask* task, void* state, const void* block) {
+    const OmRlRetract* t = om__rl_retract(task);
     OmRlRetractState* s = state;
-    memcpy(&s->now, block, sizeof s->now);
-    memcpy(s->tissue, (const unsigned char*)block + sizeof s->now,
-           om__rl_retract(task)->tissue_size);
+    const unsigned char* at = block;
+    memcpy(&s->now, at, sizeof s->now);
+    memcpy(s->tissue, at + sizeof s->now, t->tissue_size);
+    if (t->def.has_picture)
+        memcpy(s->seen.pixel, at + sizeof s->now + t->tissue_size, om__rl_picture_size(t));
 }
 
 const OmRlTaskOps om__rl_retract_ops = {.destroy = om__rl_retract_destroy,

@@ -289,11 +289,14 @@ void om__rl_view_done(OmRlRetract* t) {
     om_free(t->disc);
 }
 
+// The texture of a tool belongs to the pose in which the tool is added: the same one in every environment, so that a
+// picture does not depend on the episodes before.
 static OmStatus add_tools(OmRlRetractState* s, OmSenseScene* scene) {
+    static const double pose[OM_PSM_NJOINT] = {0, 0, 0.12, 0, 0, 0};
     for (int k = 0; k < s->ntool; ++k) {
         OmRlTool* tool = &s->tool[k];
         om_surface_done(&tool->surface);
-        OM_TRY(om_psm_surface(tool->psm, tool->q, 0, &tool->surface));
+        OM_TRY(om_psm_surface(tool->psm, pose, 0, &tool->surface));
         OM_TRY(add_part(scene, &tool->surface, OM_PART_TOOL, &tool->id));
     }
     return OM_OK;
@@ -332,22 +335,40 @@ static void add_noise(const OmRlRetract* t, OmRlRetractState* s, OmPicture* pict
     }
 }
 
-OmStatus om__rl_render(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture) {
+// Into a picture of the definition's size.
+static OmStatus draw(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture) {
     OM_TRY(update_scene(t, s));
-    OmCamera camera =
-        om_camera_resize(&t->def.endoscope, t->def.picture_width, t->def.picture_height);
+    OmCamera camera = om_camera_resize(&t->def.endoscope, picture->width, picture->height);
     OmSenseOptions options = om_sense_options_default();
     options.nworker = 1;
-    OmPicture made = {0};
-    OM_TRY(om_picture_init(&made, camera.width, camera.height, 3));
-    OmStatus status = om_sense_render(s->scene, &camera, &options, &made);
-    if (status != OM_OK) {
-        om_picture_done(&made);
-        return status;
-    }
-    add_noise(t, s, &made);
-    *picture = made;
+    OM_TRY(om_sense_render(s->scene, &camera, &options, picture));
+    add_noise(t, s, picture);
     return OM_OK;
+}
+
+OmStatus om__rl_render(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture) {
+    OmPicture made = {0};
+    OM_TRY(om_picture_init(&made, t->def.picture_width, t->def.picture_height, 3));
+    OmStatus status = draw(t, s, &made);
+    if (status == OM_OK)
+        *picture = made;
+    else
+        om_picture_done(&made);
+    return status;
+}
+
+size_t om__rl_picture_size(const OmRlRetract* t) {
+    if (!t->def.has_picture) return 0;
+    return 3 * (size_t)t->def.picture_width * (size_t)t->def.picture_height;
+}
+
+OmStatus om__rl_look(const OmRlRetract* t, OmRlRetractState* s) {
+    return t->def.has_picture ? draw(t, s, &s->seen) : OM_OK;
+}
+
+void om__rl_put_picture(const OmRlRetractState* s, float* obs) {
+    int n = 3 * s->seen.width * s->seen.height;
+    for (int i = 0; i < n; ++i) obs[i] = (float)s->seen.pixel[i] / 255;
 }
 
 OmStatus om__rl_measure(const OmRlRetract* t, OmRlRetractState* s, double* exposure) {
