@@ -70,6 +70,7 @@ typedef struct OmRetractAction {  // one executed action
     double force_world_max;  // N, during it, in the truth; NAN without a truth
     bool is_replanned;       // a new plan starts with it
     int plan;                // which plan, from 0
+    double turn;  // rad, of the wrist, since a joint forbade the usual orientation; 0: none
 } OmRetractAction;
 
 typedef struct OmRetractUpdate {  // one estimate of the twin's attachments

@@ -190,6 +190,9 @@ typedef struct OmSceneTask {
     // m: length of a fold, away from the camera or beyond the ROI. Beyond it a fold continues only
     // while visibility increases. Default 100 mm.
     double retract;
+    // rad: by which the wrist may turn, from the orientation of the parked tool, where a joint forbids a motion with
+    // it; 0: never, as in the thesis. Default 45 degrees.
+    double wrist_turn;
     // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
     int ahead;
 } OmSceneTask;

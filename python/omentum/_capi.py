@@ -2344,6 +2344,9 @@ class OmSceneTask(Struct):
     // m: length of a fold, away from the camera or beyond the ROI. Beyond it a fold continues only
     // while visibility increases. Default 100 mm.
     double retract;
+    // rad: by which the wrist may turn, from the orientation of the parked tool, where a joint forbids a motion with
+    // it; 0: never, as in the thesis. Default 45 degrees.
+    double wrist_turn;
     // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
     int ahead;
 } OmSceneTask;"""
@@ -2359,6 +2362,7 @@ class OmSceneTask(Struct):
     time_step: float
     max_actions: int
     retract: float
+    wrist_turn: float
     ahead: int
 
 
@@ -4260,6 +4264,7 @@ class OmRetractAction(Struct):
     double force_world_max;  // N, during it, in the truth; NAN without a truth
     bool is_replanned;       // a new plan starts with it
     int plan;                // which plan, from 0
+    double turn;  // rad, of the wrist, since a joint forbade the usual orientation; 0: none
 } OmRetractAction;"""
     verb: Choice[OmPlanVerb]
     arm: int
@@ -4272,6 +4277,7 @@ class OmRetractAction(Struct):
     force_world_max: float
     is_replanned: bool
     plan: int
+    turn: float
 
 
 class OmRetractUpdate(Struct):
@@ -6814,7 +6820,7 @@ complete(OmSceneRegistration, [("shift", OmVec3), ("turn", OmVec3)], {})
 complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_double), ("margin", c_double)], {})
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
-complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("ahead", c_int)], {})
+complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
@@ -6891,7 +6897,7 @@ complete(OmScanRegion, [("is_box", c_bool), ("u", c_double), ("v", c_double), ("
 complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", OmSceneUpdate), ("estimate", OmEstimateFn), ("estimate_ctx", c_void_p), ("timing", c_int), ("replay_tick", c_void_p), ("nreplay", c_int)], {"timing": OmUpdateTiming})
 complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
-complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
+complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
 complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})

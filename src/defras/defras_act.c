@@ -76,7 +76,7 @@ static OmStatus grasp_with_twin(OmLoop* loop) {
     OmStatus status = OM_OK;
     a->outcome = OM_ACTION_EMPTY;
     if (om_arm_is_holding(&obs.arm[arm])) {
-        OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
+        const OmPose tip = om__twin_pose(loop, arm, obs.arm[arm].tip);
         status = om__cloud_grasp_twin(loop, arm, a->plan.block, tip);
         if (status == OM_OK) a->outcome = OM_ACTION_DONE;
         if (status == OM_OK) om__look_note_grasp(loop, arm, tip);
@@ -172,7 +172,12 @@ static OmStatus step_fold(OmLoop* loop, Next* next) {
     }
     if (a->step == 1 && a->outcome == OM_ACTION_UNREACHED) {
         a->length -= FOLD_STEP;
-        if (a->length <= 0) return OM_OK;
+        if (a->length <= 0 && a->may_turn) return OM_OK;
+        if (a->length <= 0) {  // nothing of it is in reach: again, with turns of the wrist
+            a->may_turn = true;
+            a->step = 0;
+            return step_fold(loop, next);
+        }
         OmVec3 goal = om_madd(a->tip, a->length, a->direction);
         return begin_motion(loop, goal, true, next);
     }

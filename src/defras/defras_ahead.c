@@ -150,7 +150,7 @@ static void prepare(OmAhead* a, OmLoop* loop) {
     t->has_forces = loop->has_forces;
     const double limit = om__force_limit(&loop->task) / loop->result.force_factor;
     t->force_limit = loop->task.watch_force ? limit : HUGE_VAL;
-    for (int k = 0; k < OM_MAX_ARM; ++k) t->q[k] = loop->arm[k].q;
+    for (int k = 0; k < OM_MAX_ARM; ++k) t->q[k] = om__wrist_straight(&loop->arm[k]);
 }
 
 // The path of the last attempt, in the other twin: is the ROI exposed at its end, or after the last motion continues?

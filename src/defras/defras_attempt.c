@@ -4,7 +4,8 @@
 // still hidden, a fold away from the camera and, again from the lifted state, a fold towards the ROI. Speeds, the
 // slowing near the force limit, the stop and the easing above it, the margin at which a motion stops, and the time for
 // which the ROI must stay visible are those of the loop (defras_motion.c, defras_act.c, defras_decide.c). There is no
-// robot and no tool in the picture; the arm's joint limits end motions as in the simulated world.
+// robot and no tool in the picture; the arm's joint limits end motions as in the simulated world. The wrist turns for a
+// grasp alone (defras_wrist.c), so a pull that would need a further turn counts as out of reach.
 //
 // The result is the best sequence: one that exposes the ROI, of these the one of fewest actions, then of lowest force;
 // if none does, the one with the largest visibility at its end.
@@ -16,6 +17,7 @@ typedef struct Try {
     int arm;
     OmVec3 tip, grasp_tip;    // task frame, m
     double q[OM_PSM_NJOINT];  // joints of the arm
+    OmQuat tool;              // orientation of the tool, world frame
     double force;             // N, now
     double force_max;         // N, of the sequence
     double visibility;        // of the last look
@@ -66,8 +68,15 @@ static OmStatus step(Try* t) {
 }
 
 static bool is_in_reach(const Try* t, OmVec3 tip, double q[OM_PSM_NJOINT]) {
-    OmPose pose = {om_pose_apply(t->a->grid->task, tip), t->a->q[t->arm]};
+    OmPose pose = {om_pose_apply(t->a->grid->task, tip), t->tool};
     return om_psm_inverse(&t->a->psm[t->arm], pose, t->q, q) == OM_OK;
+}
+
+// Bring the tool to a grasping point: the wrist turns where a joint forbids the orientation of `q`, and then keeps it.
+static bool reach(Try* t, OmVec3 tip) {
+    const OmPose straight = {om_pose_apply(t->a->grid->task, tip), t->a->q[t->arm]};
+    return om__wrist_reach(&t->a->psm[t->arm], straight, t->a->task->wrist_turn, t->q, t->q,
+                           &t->tool);
 }
 
 // Keep still: is the ROI seen for VISIBLE_TIME without a break?
@@ -255,7 +264,7 @@ OmStatus om__attempt_run(const Attempt* a, int arm, int block, AttemptResult* re
     Try t = {.a = a, .best = result, .arm = arm, .force_max = a->has_forces ? 0 : -1};
     OmVec3 p = om_load3(om_body_x(a->body), a->grid->vert[block]);
     t.tip = t.grasp_tip = om__to_task(a->grid, p);
-    result->is_in_reach = is_in_reach(&t, t.tip, t.q);
+    result->is_in_reach = reach(&t, t.tip);
     if (!result->is_in_reach) return OM_OK;
     int nheld;
     OmPose pose = {p, a->grid->task.q};
@@ -285,7 +294,9 @@ OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const 
     t.tip = om_add(om__to_task(a->grid, trace->tip[last]), beside);
     t.grasp_tip = om_add(om__to_task(a->grid, trace->tip[0]), beside);
     *exposes = false;
-    if (!is_in_reach(&t, t.tip, t.q)) return OM_OK;
+    t.tool = a->q[arm];
+    if (!is_in_reach(&t, t.tip, t.q) && (!reach(&t, t.grasp_tip) || !is_in_reach(&t, t.tip, t.q)))
+        return OM_OK;
     OM_TRY(look(&t));
     if (verb == OM_PLAN_PULL) {
         OM_TRY(try_pulls(&t, exposes));

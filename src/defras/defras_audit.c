@@ -351,6 +351,7 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     om_json_number(&json, "visibility", action->visibility);
     om_json_number(&json, "force_n", action->force_max);
     om_json_number(&json, "force_factor", loop->result.force_factor);
+    if (action->turn > 0) om_json_number(&json, "wrist_turn_deg", action->turn * 180 / OM_PI);
     put_hash(&json, "twin", om_body_hash(loop->twin));
     OM_TRY(om_words_action(loop, action, &a->words));
     const double factor = loop->result.force_factor;

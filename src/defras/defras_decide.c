@@ -181,7 +181,8 @@ static OmStatus note_action(OmLoop* loop) {
                           .force_max = loop->has_forces ? loop->force_action : (double)NAN,
                           .force_world_max = loop->truth ? loop->force_world_action : (double)NAN,
                           .is_replanned = loop->action_index == 0 && loop->ncontinued == 0,
-                          .plan = r->nplan - 1};
+                          .plan = r->nplan - 1,
+                          .turn = loop->action.turn};
     return om__loop_notify_action_end(loop);
 }
 

@@ -64,6 +64,8 @@ typedef struct ArmState {
     OmVec3 grasp_tip;                  // task frame, where the jaw closed
     OmVec3 tip;                        // task frame, measured
     OmQuat q;                          // world frame, measured: motions keep it
+    OmQuat q_straight;                 // from which the wrist was turned (defras_wrist.c)
+    bool is_turned;                    // q_straight is set
     double joint[OM_PSM_NJOINT], jaw;  // measured, rad and m
     double lift;                       // m above grasp_tip while holding
     // m, world frame: the twin's grasped tissue lies this far beside the tip, and is drawn to it
@@ -88,6 +90,10 @@ typedef struct Motion {
     double commanded;   // fraction of the nominal speed, -1 before the first command
     double elapsed;     // s that the path so far takes at full speed
     double ease_begin;  // s
+    bool may_turn;      // the wrist, where a joint forbids the orientation
+    OmQuat q;           // orientation at the goal, world frame
+    double turn;        // of the wrist, rad; 0: the orientation need not change
+    double turn_rate;   // fraction of the nominal speed that the turn allows
     OmVec3 start;       // where the tip was at first, task frame, m
     Watch watch;
     OmActionOutcome outcome;
@@ -103,6 +109,9 @@ typedef struct Action {
     OmVec3 direction;    // of a fold, a unit vector in the task frame
     double length;       // of a fold, m
     double before;       // visibility before the current step of a fold
+    bool may_turn;       // of a fold: none is in reach without a turn of the wrist
+    double turn;         // of the wrist, rad, the largest of the action
+    char turn_reason[64];
     OmActionOutcome outcome;
 } Action;
 
@@ -291,7 +300,7 @@ static inline double om__force_limit(const OmSceneTask* task) {
     return task->force_threshold - task->force_margin;
 }
 
-// Goal of an arm in the world frame; its orientation is kept.
+// A goal of an arm in the world frame with the orientation that it has.
 static inline OmPose om__goal_pose(const OmLoop* loop, int arm, OmVec3 p_task) {
     return (OmPose){om_pose_apply(loop->grid.task, p_task), loop->arm[arm].q};
 }
@@ -333,6 +342,16 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done);  // after a tick
 
 // The arm was stopped by a pause: command the motion again. A goal out of reach ends it at the next check.
 OmStatus om__motion_resume(OmLoop* loop);
+
+// defras_wrist.c
+// Choose the orientation at the end of the current motion, from where the arm was last measured.
+void om__wrist_choose(OmLoop* loop);
+OmQuat om__wrist_straight(const ArmState* arm);  // the orientation without turns, world frame
+// The pose of an arm's grasp in the twin, of a measured tip; world frame.
+OmPose om__twin_pose(const OmLoop* loop, int arm, OmPose tip);
+// The arm reaches a pose, turned by at most max_turn about the tip; `turned` is then the orientation.
+bool om__wrist_reach(const OmPsm* psm, OmPose straight, double max_turn,
+                     const double near[OM_PSM_NJOINT], double q[OM_PSM_NJOINT], OmQuat* turned);
 
 // defras_look.c: nothing happens without an updater
 bool om__look_is_due(const OmLoop* loop);  // after an action

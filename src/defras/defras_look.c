@@ -35,6 +35,12 @@ bool om__look_is_due(const OmLoop* loop) {
     return lift >= u->def.settings.min_lift - 5e-4;  // a measured tip stops that far from its goal
 }
 
+static OmStatus take(const OmLoop* loop, const OmObservation* obs) {
+    OmQuat q[OM_MAX_ARM];
+    for (int a = 0; a < OM_MAX_ARM; ++a) q[a] = om__twin_pose(loop, a, obs->arm[a].tip).q;
+    return om__updater_take(loop->updater, obs, loop->time, q, loop->twin);
+}
+
 OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
     OmUpdater* u = loop->updater;
     const double rest = u->def.estimate ? u->def.settings.rest : 0;
@@ -48,7 +54,7 @@ OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
     const bool is_good = !u->def.estimate || seen >= rest - tick;
     *needs_tick = !is_good && waited < rest + LOOK_LIMIT;
     OmStatus status = OM_OK;
-    if (is_good) status = om__updater_take(u, &obs, loop->time, loop->grid.task, loop->twin);
+    if (is_good) status = take(loop, &obs);
     om_observation_done(&obs);
     if (status < 0) return om_error_prefix(status, "acquisition at %.2f s", loop->time);
     loop->result.nacquisition = u->ntaken;

@@ -77,6 +77,8 @@ static OmStatus check_task(const OmSceneTask* task) {
     OM_TRY(check_positive(task->grasp_radius, "grasp_radius"));
     OM_TRY(check_positive(task->time_step, "time_step"));
     OM_TRY(check_positive(task->retract, "retract"));
+    OM_CHECK(task->wrist_turn >= 0 && task->wrist_turn <= OM_PI / 2, OM_INVALID,
+             "OmSceneTask.wrist_turn is %g rad; 0 to pi / 2", task->wrist_turn);
     OM_CHECK(task->max_actions >= 1, OM_INVALID, "OmSceneTask.max_actions is %d; 1 or more",
              task->max_actions);
     return OM_OK;

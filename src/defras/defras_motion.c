@@ -30,7 +30,9 @@ static OmStatus command(OmLoop* loop, bool* is_done) {
     double rate = loop->person_rate * (m->is_holding ? loop->rate * om__warn_rate(loop) : 1.0);
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
-    const OmPose goal = om__goal_pose(loop, m->arm, m->goal);
+    if (m->commanded < 0) om__wrist_choose(loop);
+    OmPose goal = om__goal_pose(loop, m->arm, m->goal);
+    if (loop->arm[m->arm].is_turned) goal.q = m->q;
     OmStatus status = OM_OK;
     if (m->commanded < 0 && !om__is_apart(loop, m->arm, goal))
         status = om_error(OM_INVALID, "PSM%d would come too near to the other tool", m->arm + 1);
@@ -43,8 +45,14 @@ static OmStatus command(OmLoop* loop, bool* is_done) {
         *is_done = true;
         return OM_OK;
     }
-    if (status >= 0) m->commanded = rate;
-    return status;
+    if (status < 0) return status;
+    m->commanded = rate;
+    loop->action.turn = fmax(loop->action.turn, m->turn);
+    return OM_OK;
+}
+
+static bool is_fold(OmPlanVerb verb) {
+    return verb == OM_PLAN_MOVE_AWAY || verb == OM_PLAN_MOVE_ROI;
 }
 
 OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done) {
@@ -55,6 +63,7 @@ OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, b
                             .from = state->tip,
                             .start = state->tip,
                             .is_holding = is_holding,
+                            .may_turn = !is_fold(loop->action.plan.verb) || loop->action.may_turn,
                             .commanded = -1,
                             .watch = {loop->task.visibility, loop->margin, loop->visibility},
                             .outcome = OM_ACTION_DONE};
@@ -109,7 +118,7 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done) {
         return m->outcome == OM_ACTION_FORCE ? command_easing(loop, is_done) : OM_OK;
     }
     if (*is_done) return OM_OK;
-    m->elapsed += m->commanded * loop->task.time_step;
+    m->elapsed += fmin(m->commanded, m->turn_rate) * loop->task.time_step;
     om__loop_check_follow(loop);
     OM_CHECK(m->elapsed < MOTION_TIME, OM_INVALID, "PSM%d did not reach its goal in %g s",
              m->arm + 1, MOTION_TIME);

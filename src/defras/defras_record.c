@@ -336,6 +336,7 @@ static void write_actions(OmJson* json, const OmRetractResult* r, int n) {
         om_json_number(json, "force_max_n", a->force_max);
         om_json_number(json, "force_world_max_n", a->force_world_max);
         om_json_integer(json, "plan", a->plan + 1);
+        if (a->turn > 0) om_json_number(json, "wrist_turn_deg", a->turn * 180 / OM_PI);
         om_json_close(json, '}');
     }
     om_json_close(json, ']');

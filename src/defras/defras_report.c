@@ -162,7 +162,10 @@ static OmStatus add_actions(OmReport* report, int grid, const OmRetractResult* r
             snprintf(c[3], LEN, "(%d,%d)", a->block % grid + 1, a->block / grid + 1);
         else
             snprintf(c[3], LEN, "-");
-        snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
+        const int m = snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
+        if (a->turn > 0)
+            snprintf(c[4] + m, (size_t)(LEN - m), ", wrist turned by %.0f deg",
+                     a->turn * 180 / OM_PI);
         snprintf(c[5], LEN, "%.0f %%", 100 * a->visibility);
         snprintf(c[6], LEN, isnan(a->force_max) ? "-" : "%.2f N", a->force_max);
         snprintf(c[7], LEN, isnan(a->force_world_max) ? "-" : "%.2f N", a->force_world_max);

@@ -15,7 +15,8 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         if (!om_body_is_holding(loop->twin, a)) continue;
         om__cloud_draw(loop, a);
-        OmPose tip = {om_add(obs->arm[a].tip.p, loop->arm[a].twin_off), loop->grid.task.q};
+        OmPose tip = om__twin_pose(loop, a, obs->arm[a].tip);
+        tip.p = om_add(tip.p, loop->arm[a].twin_off);
         OM_TRY(om_body_move(loop->twin, a, tip));
     }
     if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));

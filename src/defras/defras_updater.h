@@ -52,10 +52,11 @@ void om__updater_reset(OmUpdater* updater);
 void om__updater_grasp(OmUpdater* updater, int arm, OmPose pose_world_tip, double radius,
                        const OmBody* twin);
 void om__updater_release(OmUpdater* updater, int arm);
-/// Take an acquisition from an observation with depth. The newest of the same grasps is replaced, or the oldest of too
-/// many. @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
+/// Take an acquisition from an observation with depth; `grasp_q`: orientation of each grasp in the twin. The newest
+/// of the same grasps is replaced, or the oldest of too many.
+/// @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
 OmStatus om__updater_take(OmUpdater* updater, const OmObservation* observation, double time,
-                          OmPose pose_world_task, const OmBody* twin);
+                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin);
 /// Start the job with the kept acquisitions. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
 OmStatus om__updater_start(OmUpdater* updater, int tick, double time);
 /// True if the job's result is to be taken in this tick. The loop then joins the job, and may wait.

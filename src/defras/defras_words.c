@@ -168,6 +168,9 @@ OmStatus om_words_action(const OmLoop* loop, const OmRetractAction* a, OmText* t
     OM_TRY(print_action(a->verb, a->arm, a->block, loop->grid.n, t));
     OM_TRY(om_text_append(t, ": "));
     OM_TRY(print_stop(loop, a, t));
+    if (a->turn > 0)
+        OM_TRY(om_text_append(t, ". The wrist turned by %.0f degrees: %s", a->turn * 180 / OM_PI,
+                              loop->action.turn_reason));
     return om_text_append(t, ".");
 }
 

@@ -274,6 +274,9 @@ static const OmYamlField task_field[] = {
      .help = "after which the arms give up"},
     {"retract_mm", OM_YAML_DOUBLE, AT(OmSceneTask, retract), .min = 1, .max = 500, .scale = MM,
      .unit = "mm", .help = "way of a fold, away from the camera or beyond the region"},
+    {"wrist_turn_deg", OM_YAML_DOUBLE, AT(OmSceneTask, wrist_turn), .min = 0, .max = 90,
+     .scale = DEG, .unit = "deg",
+     .help = "by which the wrist may turn where a joint forbids a motion; 0: it never turns"},
     {"ahead", OM_YAML_INT, AT(OmSceneTask, ahead), .min = 0, .max = 16,
      .help = "grasping points tried in the twin before a new plan; 0: none"},
 };

@@ -64,7 +64,8 @@ OmScene om_scene_default(void) {
                            .grasp_radius = 0.005,
                            .time_step = 0.02,
                            .max_actions = 150,
-                           .retract = 0.1};
+                           .retract = 0.1,
+                           .wrist_turn = 45 * OM_PI / 180};
     s.update = (OmSceneUpdate){.latency = 0.6,
                                .keep = 3,
                                .min_lift = 0.01,
