@@ -56,6 +56,11 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     double density;            // kg/m^3; default 1000
     // ---- scene
     OmRlKidney kidney;
+    // File that replaces it: a label volume (.nii, .nii.gz, .nrrd ...) or a closed surface (.stl, .obj, .ply, .off,
+    // .vtp), in millimetres and RAS unless the file says otherwise. It is turned by its principal axes and put where
+    // `kidney` is; tumour and p_T keep their place with respect to the kidney's box. Borrowed for create; default null.
+    const char* kidney_file;
+    int kidney_label;  // of a volume; default 3, the left kidney of TotalSegmentator
     // of the true kidney and tumour from where observations believe them; default 0
     OmVec3 kidney_shift;
     double tumour_x, tumour_y;          // q is the point of the kidney above; default -0.020 and 0

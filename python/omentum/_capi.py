@@ -5612,6 +5612,11 @@ class OmRlRetractDef(Struct):
     double density;            // kg/m^3; default 1000
     // ---- scene
     OmRlKidney kidney;
+    // File that replaces it: a label volume (.nii, .nii.gz, .nrrd ...) or a closed surface (.stl, .obj, .ply, .off,
+    // .vtp), in millimetres and RAS unless the file says otherwise. It is turned by its principal axes and put where
+    // `kidney` is; tumour and p_T keep their place with respect to the kidney's box. Borrowed for create; default null.
+    const char* kidney_file;
+    int kidney_label;  // of a volume; default 3, the left kidney of TotalSegmentator
     // of the true kidney and tumour from where observations believe them; default 0
     OmVec3 kidney_shift;
     double tumour_x, tumour_y;          // q is the point of the kidney above; default -0.020 and 0
@@ -5657,6 +5662,8 @@ class OmRlRetractDef(Struct):
     poisson: float
     density: float
     kidney: OmRlKidney
+    kidney_file: bytes | None
+    kidney_label: int
     kidney_shift: Numbers
     tumour_x: float
     tumour_y: float
@@ -6959,7 +6966,7 @@ complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobserva
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
-complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
 complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})

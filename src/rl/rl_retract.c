@@ -24,6 +24,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
         .poisson = 0.45,
         .density = 1000,
         .kidney = {.center = {-0.008, 0, 0.022}, .half = {0.030, 0.055, 0.022}, .bend = 4},
+        .kidney_label = 3,
         .tumour_x = -0.020,
         .tumour_radius = 0.008,
         .target = {0.000, 0, 0.095},
@@ -286,13 +287,31 @@ static void fill_head(OmRlRetract* t) {
         h->hash = om_hash((int[2]){d->picture_width, d->picture_height}, 2 * sizeof(int), h->hash);
 }
 
+static OmStatus make_ground(OmRlRetract* t) {
+    OmSurface surface = {0};
+    OmRlKidney kidney;
+    OmVec3 shift = t->def.kidney_shift;
+    if (!t->def.kidney_file) {
+        kidney = t->def.kidney;
+        kidney.center = om_add(kidney.center, shift);
+        return om__rl_ground_init(&kidney, &t->ground);
+    }
+    OM_TRY(om__rl_kidney_load(&t->def, &surface, &kidney));
+    om__rl_kidney_use(&kidney, &t->def);
+    t->def.kidney_file = NULL;
+    kidney.center = om_add(kidney.center, shift);
+    for (int i = 0; i < surface.nvert; ++i)
+        om_store3(surface.x, i, om_add(om_load3(surface.x, i), shift));
+    OmStatus status = om__rl_ground_init_surface(&surface, &kidney, &t->ground);
+    om_surface_done(&surface);
+    return status;
+}
+
 static OmStatus fill(OmRlRetract* t) {
     const OmRlRetractDef* d = &t->def;
     t->fixed_x = FIXED_X;
     t->d_max = om_distance(d->workspace_lo, d->workspace_hi);
-    OmRlKidney kidney = d->kidney;
-    kidney.center = om_add(kidney.center, d->kidney_shift);
-    OM_TRY(om__rl_ground_init(&kidney, &t->ground));
+    OM_TRY(make_ground(t));
     OM_TRY(make_tissue(t));
     OmVec3 n;
     t->true_q = om__rl_ground_top(&t->ground, d->tumour_x + d->kidney_shift.x,

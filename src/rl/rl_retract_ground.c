@@ -3,7 +3,7 @@
 // The kidney is a bent ellipsoid: p = (x, y, z) is on it where (x' / a)^2 + (y / b)^2 + (z / c)^2 = 1 with
 // x' = x - bend y^2; both poles bend away from the endoscope. Its distance field is sampled once. Contact reads value
 // and normal of a point with eight loads of four floats; om_sdf_eval differentiates its interpolation, and the slope
-// jumps between cells.
+// jumps between cells. The field of a kidney from a file is that of its surface (rl_retract_kidney.c).
 #include <math.h>
 #include <string.h>
 
@@ -43,6 +43,14 @@ static void make_table(OmRlGround* g) {
             }
 }
 
+static OmStatus finish(OmRlGround* ground) {
+    om_sdf_bounds(&ground->sdf, &ground->lo, &ground->hi);
+    ground->table = om_alloc(om_grid_count(ground->sdf.grid.dim), 4 * sizeof *ground->table);
+    if (!ground->table) return OM_NO_MEMORY;
+    make_table(ground);
+    return OM_OK;
+}
+
 OmStatus om__rl_ground_init(const OmRlKidney* kidney, OmRlGround* ground) {
     *ground = (OmRlGround){.kidney = *kidney};
     double bent = fabs(kidney->bend) * kidney->half.y * kidney->half.y;
@@ -51,11 +59,16 @@ OmStatus om__rl_ground_init(const OmRlKidney* kidney, OmRlGround* ground) {
     def.margin = MARGIN;
     OM_TRY(om_sdf_from_function(kidney_level, &ground->kidney, om_sub(kidney->center, reach),
                                 om_add(kidney->center, reach), &def, &ground->sdf));
-    om_sdf_bounds(&ground->sdf, &ground->lo, &ground->hi);
-    ground->table = om_alloc(om_grid_count(ground->sdf.grid.dim), 4 * sizeof *ground->table);
-    if (!ground->table) return OM_NO_MEMORY;
-    make_table(ground);
-    return OM_OK;
+    return finish(ground);
+}
+
+OmStatus om__rl_ground_init_surface(const OmSurface* surface, const OmRlKidney* box,
+                                    OmRlGround* ground) {
+    *ground = (OmRlGround){.kidney = *box, .is_loaded = true};
+    OmSdfDef def = om_sdf_default_def(SPACING);
+    def.margin = MARGIN;
+    OM_TRY(om_sdf_from_surface(surface, &def, &ground->sdf));
+    return finish(ground);
 }
 
 void om__rl_ground_done(OmRlGround* ground) {
@@ -117,6 +130,11 @@ double om__rl_ground_distance(const void* ctx, OmVec3 p, OmVec3* normal) {
 OmVec3 om__rl_ground_top(const OmRlGround* ground, double x, double y, OmVec3* normal) {
     double lo = ground->kidney.center.z, hi = ground->hi.z;
     OmVec3 n;
+    if (ground->is_loaded) {  // its highest layer at (x, y); the table where there is none
+        for (lo = hi; lo > 0; lo -= 0.5 * SPACING)
+            if (om__rl_ground_distance(ground, om_vec3(x, y, lo), &n) < ground->shift) break;
+        hi = fmin(hi, lo + 0.5 * SPACING);
+    }
     for (int k = 0; k < 40; ++k) {
         double z = 0.5 * (lo + hi);
         double d = om__rl_ground_distance(ground, om_vec3(x, y, z), &n) - ground->shift;

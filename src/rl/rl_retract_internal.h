@@ -13,11 +13,12 @@
 #define OM__RL_NROI 96      // points of the tumour
 
 typedef struct OmRlGround {  // kidney and table
-    OmRlKidney kidney;
-    OmSdf sdf;      // of the kidney
-    float* table;   // distance and normal at its nodes (nodes x 4)
-    OmVec3 lo, hi;  // of the grid
-    double shift;   // m, added to every distance
+    OmRlKidney kidney;       // of a file: its box
+    bool is_loaded;          // from a file
+    OmSdf sdf;               // of the kidney
+    float* table;            // distance and normal at its nodes (nodes x 4)
+    OmVec3 lo, hi;           // of the grid
+    double shift;            // m, added to every distance
 } OmRlGround;
 
 typedef struct OmRlRetract {  // the task; constant
@@ -94,11 +95,21 @@ static inline const OmRlRetract* om__rl_retract(const OmRlTask* task) {
 // ---- rl_retract_ground.c
 
 OmStatus om__rl_ground_init(const OmRlKidney* kidney, OmRlGround* ground);
+/// Of a kidney from a file: a closed surface and its box.
+OmStatus om__rl_ground_init_surface(const OmSurface* surface, const OmRlKidney* box,
+                                    OmRlGround* ground);
 void om__rl_ground_done(OmRlGround* ground);
 /// Distance of p to kidney and table; ctx is an OmRlGround.
 double om__rl_ground_distance(const void* ctx, OmVec3 p, OmVec3* normal);
 /// The point of the kidney's upper side above (x, y), and its normal.
 OmVec3 om__rl_ground_top(const OmRlGround* ground, double x, double y, OmVec3* normal);
+
+// ---- rl_retract_kidney.c
+
+/// Load def->kidney_file and put it in the place of def->kidney; the box is that of the surface.
+OmStatus om__rl_kidney_load(const OmRlRetractDef* def, OmSurface* surface, OmRlKidney* box);
+/// Move tumour and p_T of the definition to where they are with respect to this kidney, and use it.
+void om__rl_kidney_use(const OmRlKidney* box, OmRlRetractDef* def);
 
 // ---- rl_retract_view.c
 

@@ -26,6 +26,9 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"density", NUMBER, AT(density), 1, 1, 1e5},
                                 {"kidney_shift_x_mm", NUMBER, AT(kidney_shift.x), 1e-3, -20, 20},
                                 {"kidney_shift_y_mm", NUMBER, AT(kidney_shift.y), 1e-3, -20, 20},
+                                {"kidney_label", COUNT, AT(kidney_label), 1, 0, 65535},
+                                {"tumour_x_mm", NUMBER, AT(tumour_x), 1e-3, -50, 50},
+                                {"tumour_y_mm", NUMBER, AT(tumour_y), 1e-3, -50, 50},
                                 {"max_step", COUNT, AT(max_step), 1, 1, 1e9},
                                 {"hold", COUNT, AT(hold), 1, 1, 1e6},
                                 {"fixed_horizon", FLAG, AT(has_fixed_horizon), 1, 0, 1},
@@ -74,6 +77,10 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
         def->picture_width = def->picture_height = (int)side;
         return OM_OK;
     }
+    if (strcmp(s->key, "kidney") == 0) {
+        def->kidney_file = s->value;
+        return OM_OK;
+    }
     if (strcmp(s->key, "instrument") == 0) {
         def->instrument_file = s->value;
         return OM_OK;
@@ -89,7 +96,7 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
 }
 
 static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
-    const char* known[NSETTING + 6];
+    const char* known[NSETTING + 7];
     bool is_used;
     OM_TRY(use_word(s, def, &is_used));
     if (is_used) return OM_OK;
@@ -112,7 +119,7 @@ static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
     for (int k = 0; k < NSETTING; ++k) known[k] = table[k].key;
     known[NSETTING] = "reward", known[NSETTING + 1] = "tissue", known[NSETTING + 2] = "world";
     known[NSETTING + 3] = "instrument", known[NSETTING + 4] = "picture_side";
-    known[NSETTING + 5] = NULL;
+    known[NSETTING + 5] = "kidney", known[NSETTING + 6] = NULL;
     return om__rl_setting_unknown("retract", s, known);
 }
 
