@@ -27,7 +27,8 @@ class RlTask(Owner):
         task = RlTask("retract", reward="thesis", points=8)
 
     name, nobservation, nchoice (choices of each component of an action), max_step, nstart (starts of the evaluation),
-    info_names; score_name: the info that counts, None: the return; target: score at which the task counts as solved.
+    info_names; score_name: the info that counts, None: the return; target: score at which the task counts as solved;
+    picture_shape: where an observation is a picture, its (height, width, 3), values 0 to 1; else None.
     """
 
     def __init__(self, name: str, **settings: Any) -> None:
@@ -47,6 +48,7 @@ class RlTask(Owner):
         self.info_names = [raw.info_name[i].decode() for i in range(raw.ninfo)]
         self.score_name = raw.score_name.decode() if raw.score_name else None
         self.target: float = raw.target
+        self.picture_shape: tuple[int, int, int] | None = (raw.picture_height, raw.picture_width, 3) if raw.picture_width else None
         self.has_picture = bool(raw.ops.contents.render)
         self.has_expert = bool(raw.ops.contents.expert)
 
@@ -130,6 +132,13 @@ class RlVec(Owner):
             final_return=out.final_return.ctypes.data, final_length=out.final_length.ctypes.data)
         with self._busy:
             lib.om_rl_vec_step(self._c, action.ctypes.data, ctypes.byref(raw))
+        return out
+
+    def observe(self) -> np.ndarray:
+        """Observations now, after a reset of every environment, float32 (nenv x nobservation)."""
+        out = np.zeros((self.nenv, self.task.nobservation), np.float32)
+        with self._busy:
+            lib.om_rl_vec_observe(self._c, out.ctypes.data)
         return out
 
     def info(self, env: int = 0) -> dict[str, float]:

@@ -1,9 +1,10 @@
 """The native vector of environments for Stable-Baselines3.
 
     from stable_baselines3 import PPO
-    from omentum.sb3 import VecEnv
+    from omentum.sb3 import VecEnv, evaluate_starts
     model = PPO("MlpPolicy", VecEnv("retract", 16))
     model.learn(200_000)
+    print(evaluate_starts(model, "retract")["exposure"].mean())
 """
 from __future__ import annotations
 
@@ -11,9 +12,10 @@ import time
 from typing import Any
 
 import numpy as np
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv as Base
 
-from .gym import _spaces
+from .gym import _seen, _spaces
 from .rl import RlTask, RlVec
 
 
@@ -35,7 +37,7 @@ class VecEnv(Base):
         """Begin an episode in every environment; after seed(s) the first one of seed s."""
         seed, self._seed = self._seed, None
         self.reset_infos = [{} for _ in range(self.num_envs)]
-        return self._vec.reset(seed)
+        return _seen(self.task, self._vec.reset(seed))
 
     def step_async(self, actions: np.ndarray) -> None:
         """Keep the actions for step_wait."""
@@ -48,10 +50,10 @@ class VecEnv(Base):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(done):
             infos[i] = {name: float(values[i]) for name, values in step.final_info.items()}
-            infos[i]["terminal_observation"] = step.final_observation[i]
+            infos[i]["terminal_observation"] = _seen(self.task, step.final_observation[i])
             infos[i]["TimeLimit.truncated"] = bool(step.truncated[i])
             infos[i]["episode"] = {"r": float(step.final_return[i]), "l": int(step.final_length[i]), "t": time.time() - self._begin}
-        return step.observation, step.reward.astype(np.float32), done, infos
+        return _seen(self.task, step.observation), step.reward.astype(np.float32), done, infos
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """The next reset begins with this seed; episode k of environment i is drawn from (seed, i, k)."""
@@ -79,8 +81,30 @@ class VecEnv(Base):
         raise AttributeError("environments of a native vector have no methods of their own")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """False: nothing wraps an environment."""
-        return [False] * len(list(self._get_indices(indices)))
+        """True for Monitor, whose infos "episode" are there; nothing else wraps an environment."""
+        return [issubclass(wrapper_class, Monitor)] * len(list(self._get_indices(indices)))
 
 
-__all__ = ["VecEnv"]
+def evaluate_starts(model: Any, task: str, seed: int = 1000, nworker: int = 0, **settings: Any) -> dict[str, np.ndarray]:
+    """One episode from each start of the evaluation, as `omentum rl eval`: the model acts by predict(.., deterministic=True).
+
+    Returns "return", "length" and the infos of the task at the end of each episode, arrays (starts).
+    """
+    made = RlTask(task, **settings)
+    vec = RlVec(made, made.nstart, seed, nworker, has_autoreset=False)
+    observation = np.stack([vec.reset_one(i, i) for i in range(made.nstart)])
+    names = ["return", "length", *made.info_names]
+    result = {name: np.zeros(made.nstart) for name in names}
+    acting = np.ones(made.nstart, np.bool_)
+    while acting.any():
+        action = np.asarray(model.predict(_seen(made, observation), deterministic=True)[0]).reshape(made.nstart, -1)
+        step = vec.step(np.where(acting[:, None], action, -1))  # an episode that is over waits
+        observation = step.observation
+        ended = step.terminated | step.truncated
+        for name, value in zip(names, [step.final_return, step.final_length, *step.final_info.values()]):
+            result[name][ended] = value[ended]
+        acting &= ~ended
+    return result
+
+
+__all__ = ["VecEnv", "evaluate_starts"]
