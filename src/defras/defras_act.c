@@ -107,7 +107,7 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
     loop->has_grasped = true;
     state->is_closed = true;
     state->grasp_tip = state->tip;
-    state->is_max_force = false;
+    state->is_max_force = state->is_at_top = false;
     const double wait = om__cloud_draw_time(loop, a->plan.arm);
     return wait > 0 ? begin_wait(loop, wait, next) : OM_OK;
 }

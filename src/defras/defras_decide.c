@@ -153,6 +153,8 @@ static void update_tried(OmLoop* loop) {
     else if (is_gone)
         *tried |= OM_TRIED_GRASP;
     if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
+    if (outcome == OM_ACTION_UNREACHED && action->verb == OM_PLAN_PULL)
+        loop->arm[action->arm].is_at_top = true;
     int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
     if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
     if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)

@@ -135,7 +135,8 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         now->in_hand = arm->in_hand;
         now->is_closed = arm->is_closed;
         bool is_holding = arm->in_hand >= 0;
-        now->is_max_height = is_holding && arm->lift > loop->task.max_height - HEIGHT_TOLERANCE;
+        now->is_max_height =
+            is_holding && (arm->is_at_top || arm->lift > loop->task.max_height - HEIGHT_TOLERANCE);
         now->is_max_force = is_holding && arm->is_max_force;
         double pulls = arm->lift / loop->task.pull_step;
         now->nlift = is_holding && pulls > 0 ? (int)(pulls + 0.5) : 0;

@@ -73,6 +73,7 @@ typedef struct ArmState {
     bool is_closed;
     bool is_moving;
     bool is_max_force;
+    bool is_at_top;  // a pull found no place above: joints, not max_height, limit this grasp
 } ArmState;
 
 // Sums of a least squares fit: measured pull = factor x pull of the twin.

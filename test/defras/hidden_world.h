@@ -17,6 +17,10 @@ typedef struct HiddenWorld {
     int nclosed;   // looks until it opens again
     double clock;  // s that this world's clock is ahead of the inner one
     double delay;  // s from the exposure of a picture to its observation
+    double
+        max_rise;  // m above the place where a jaw closed that an arm reaches until the jaw opens; 0: no such limit
+    double z, closed_z;  // m, of the last goal; where the jaw closed
+    bool is_closed;
     bool is_frozen;  // the endoscope repeats the first picture that shows 85 % of the ROI
     double frozen_visibility, frozen_time;  // of that picture; 0 before it
 } HiddenWorld;
@@ -25,11 +29,16 @@ static void hidden_destroy(OmWorld* world) { (void)world; }
 static OmStatus hidden_move(OmWorld* world, int arm, OmPose goal, double speed) {
     HiddenWorld* w = (HiddenWorld*)world;
     ++w->nmove;
+    if (w->max_rise > 0 && w->is_closed && goal.p.z > w->closed_z + w->max_rise)
+        return om_error(OM_INVALID, "a joint forbids z = %g m", goal.p.z);
+    w->z = goal.p.z;
     return om_world_move(w->inner, arm, goal, speed);
 }
 static OmStatus hidden_set_jaw(OmWorld* world, int arm, double angle) {
     HiddenWorld* w = (HiddenWorld*)world;
     w->nopen += angle > 0.1;
+    w->is_closed = angle <= 0.1;
+    w->closed_z = w->z;
     return om_world_set_jaw(w->inner, arm, angle);
 }
 static void hidden_stop(OmWorld* world, int arm) {

@@ -427,6 +427,34 @@ static void test_a_world_without_a_truth(void** state) {
     rig_destroy(&g);
 }
 
+// An arm that a joint keeps 25 mm above its grasp, where the task allows more: a pull that is not possible is not
+// tried again with the same grasp, and the attempt goes on from there.
+static void test_a_pull_out_of_reach_is_not_repeated(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, object_scene());
+    HiddenWorld hidden = hidden_world(g.world, OM_OBSERVE_VISIBILITY);
+    hidden.max_rise = 0.025;
+    OmLoopDef def = om_loop_default_def(&g.scene.task, &hidden.head, g.twin, g.planner);
+    OmLoop* loop;
+    assert_ok(om_loop_create(&def, &loop));
+    tick_to_end(loop);
+    const OmRetractResult* r = om_loop_result(loop);
+    int nforbidden = 0, nfold = 0;
+    for (int i = 0; i < r->naction; ++i) {
+        const OmRetractAction* a = &r->action[i];
+        if (a->verb != OM_PLAN_PULL || a->outcome != OM_ACTION_UNREACHED) continue;
+        ++nforbidden;
+        if (i + 1 == r->naction) continue;
+        assert_int_not_equal(a[1].verb, OM_PLAN_PULL);
+        nfold += a[1].verb == OM_PLAN_MOVE_ROI || a[1].verb == OM_PLAN_MOVE_AWAY;
+    }
+    assert_true(nforbidden > 0 && nfold > 0);
+    assert_int_not_equal(r->outcome, OM_RETRACT_GAVE_UP);
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // The ROI closes while the arms keep still: the same action continues, and no new plan is made.
 static void test_an_action_is_continued(void** state) {
     (void)state;
@@ -715,10 +743,6 @@ static void test_both_arms(void** state) {
                 second = k;
             if (released < 0 && r->action[k].verb == OM_PLAN_RELEASE) released = k;
         }
-        for (int k = 0; k < r->naction; ++k)
-            printf("%d arm %d block %d out %d vis %g\n", r->action[k].verb, r->action[k].arm,
-                   r->action[k].block, r->action[k].outcome, r->action[k].visibility);
-        puts(r->reason);
         assert_true(second > 0);
         assert_int_equal(has_held_both, both);
         assert_int_equal(released < 0 || released > second, both);
@@ -739,6 +763,7 @@ int main(void) {
         cmocka_unit_test(test_abort_at_any_tick),
         cmocka_unit_test(test_commands_of_a_listener),
         cmocka_unit_test(test_a_world_without_a_truth),
+        cmocka_unit_test(test_a_pull_out_of_reach_is_not_repeated),
         cmocka_unit_test(test_an_action_is_continued),
         cmocka_unit_test(test_clocks_of_a_world),
         cmocka_unit_test(test_a_world_in_closed_form),
