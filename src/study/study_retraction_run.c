@@ -2,10 +2,11 @@
 //
 // A run is a folder runs/CASE-ROW with its own report, and a file CASE-ROW.bin with its figures and a hash of the case
 // and the row. A run whose file has the hash of the present case is not made again. Runs are independent of each
-// other: as many as there are workers are made at once, of one thread each. Figures are written between two batches.
+// other: as many as there are workers are made at once, of one thread each, and each writes its figures when it ends.
 //
 // The search for the ceiling moves three times as fast as the arms, as the calibration of 6.5.1 does.
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #include "study/study_match_case.h"
@@ -46,14 +47,19 @@ typedef struct Task {
     OmScene scene;
     uint64_t hash;
     char name[80];
-    OmStatus status;
-    char message[512];  // of an error: messages are of their thread
+    bool is_done;
 } Task;
 
-typedef struct Batch {
+typedef struct Crew {
     const Retraction* s;
+    const char* stage;  // for the progress
     Task* task;
-} Batch;
+    int ntask;
+    atomic_int next, ndone;   // tasks begun and finished
+    atomic_int status;        // the first failure
+    char message[512];        // of the failure
+    atomic_flag is_reported;  // a worker has written the message
+} Crew;
 
 static bool is_search(int row) { return row == CEILING || row == CEILING_BOTH; }
 
@@ -233,23 +239,10 @@ static OmStatus make_ceiling(Task* t) {
     return OM_OK;
 }
 
-static void run_tasks(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) {
-        Task* t = &b->task[i];
-        t->status = t->row == PREPLAN   ? make_preplan(b->s, t)
-                    : is_search(t->row) ? make_ceiling(t)
-                                        : make_run(b->s, t);
-        if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
-    }
-}
-
 // ---- files -------------------------------------------------------------------------------------------------------
 
 static OmStatus save(const Retraction* s, const Task* t) {
     char name[96];
-    OM_CHECK(t->status >= 0, t->status, "%s: %s", t->name, t->message);
     snprintf(name, sizeof name, "%s.bin", t->name);
     RetractionResult* r = t->result;
     if (t->row == PREPLAN) return OM_OK;
@@ -280,23 +273,49 @@ static void mark(const Task* t) {
         t->result->has_run[t->row] = true;
 }
 
-// Run n tasks. Two batches do not overlap: a batch has several tasks a worker, as runs differ in length.
-static OmStatus run_batches(Retraction* s, Task* task, int n) {
-    int nworker = om_worker_count(s->def->nworker), size = 2 * nworker;
-    for (int i = 0; i < n; i += size) {
-        int m = n - i < size ? n - i : size;
-        OM_TRY(om_progress_report(s->progress, "runs", i, n));
-        Batch b = {s, task + i};
-        om_parallel_for(nworker, m, 1, run_tasks, &b);
-        OmStatus status = OM_OK;
-        for (int k = 0; k < m; ++k) {  // all of them, so that none is lost
-            OmStatus one = save(s, &b.task[k]);
-            if (one == OM_OK) mark(&b.task[k]);
-            if (status == OM_OK) status = one;
+static OmStatus make(const Retraction* s, Task* t) {
+    OmStatus status = t->row == PREPLAN   ? make_preplan(s, t)
+                      : is_search(t->row) ? make_ceiling(t)
+                                          : make_run(s, t);
+    if (status >= 0) status = save(s, t);
+    t->is_done = status >= 0;
+    return status;
+}
+
+// The caller's thread, of rank 0, reports for all.
+static void work(void* ctx, OmTeam* team, int rank, int size) {
+    (void)team;
+    (void)size;
+    Crew* c = ctx;
+    while (atomic_load(&c->status) == OM_OK) {
+        const int i = atomic_fetch_add(&c->next, 1);
+        if (i >= c->ntask) return;
+        OmStatus status = make(c->s, &c->task[i]);
+        const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
+        if (status >= 0 && rank == 0)
+            status = om_progress_report(c->s->progress, c->stage, ndone, c->ntask);
+        if (status < 0 && !atomic_flag_test_and_set(&c->is_reported)) {
+            snprintf(c->message, sizeof c->message, "%s: %s", c->task[i].name, om_error_message());
+            atomic_store(&c->status, status);
         }
-        OM_TRY(status);
     }
-    return OM_OK;
+}
+
+// Run n tasks. After a failure no other one is begun; the tasks that were finished count.
+static OmStatus run_tasks(Retraction* s, const char* stage, Task* task, int n) {
+    if (n == 0) return OM_OK;
+    Crew c = {.s = s,
+              .stage = stage,
+              .task = task,
+              .ntask = n,
+              .status = OM_OK,
+              .is_reported = ATOMIC_FLAG_INIT};
+    OM_TRY(om_progress_report(s->progress, stage, 0, n));
+    om_parallel_team(om_worker_count(s->def->nworker), work, &c);
+    for (int k = 0; k < n; ++k)
+        if (task[k].is_done) mark(&task[k]);
+    const int status = atomic_load(&c.status);
+    return status == OM_OK ? OM_OK : om_error((OmStatus)status, "%s", c.message);
 }
 
 // Does the user want this task, a run or a search, if it is not in the folder?
@@ -368,7 +387,7 @@ static OmStatus make_preplans(Retraction* s, const Task* task, int n, Task* plan
         plan[nplan] = task[i];
         plan[nplan++].row = PREPLAN;
     }
-    return run_batches(s, plan, nplan);
+    return run_tasks(s, "plans before", plan, nplan);
 }
 
 OmStatus om__retraction_run_cases(Retraction* s) {
@@ -380,13 +399,13 @@ OmStatus om__retraction_run_cases(Retraction* s) {
     OM_CALLOC_DONE(plan, most);
     OM_TRY_DONE(list_runs(s, task, &n));
     OM_TRY_DONE(make_preplans(s, task, n, plan));
-    OM_TRY_DONE(run_batches(s, task, n));
+    OM_TRY_DONE(run_tasks(s, "runs", task, n));
     n = 0;
     OM_TRY_DONE(list_searches(s, task, &n));
-    OM_TRY_DONE(run_batches(s, task, n));
+    OM_TRY_DONE(run_tasks(s, "searches", task, n));
     n = 0;
     OM_TRY_DONE(list_searches_both(s, task, &n));
-    status = run_batches(s, task, n);
+    status = run_tasks(s, "searches with two arms", task, n);
 done:
     om_free(task);
     om_free(plan);

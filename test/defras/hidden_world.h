@@ -17,8 +17,8 @@ typedef struct HiddenWorld {
     int nclosed;   // looks until it opens again
     double clock;  // s that this world's clock is ahead of the inner one
     double delay;  // s from the exposure of a picture to its observation
-    double
-        max_rise;  // m above the place where a jaw closed that an arm reaches until the jaw opens; 0: no such limit
+    // m above the place where a jaw closed that an arm reaches until the jaw opens; 0: no such limit
+    double max_rise;
     double z, closed_z;  // m, of the last goal; where the jaw closed
     bool is_closed;
     bool is_frozen;  // the endoscope repeats the first picture that shows 85 % of the ROI

@@ -428,7 +428,7 @@ static void test_a_world_without_a_truth(void** state) {
 }
 
 // An arm that a joint keeps 25 mm above its grasp, where the task allows more: a pull that is not possible is not
-// tried again with the same grasp, and the attempt goes on from there.
+// tried again with the same grasp; a fold follows.
 static void test_a_pull_out_of_reach_is_not_repeated(void** state) {
     (void)state;
     Rig g;
