@@ -2125,6 +2125,9 @@ class OmSceneTissue(Struct):
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
+    // Modulus of the twin over that of the tissue: coarse linear elements bend too stiffly, and
+    // om_body_find_mesh_factor says by how much. Default 1
+    double mesh_factor;
     // A patient or a volume has materials of its own, which a scene file does not change (below 0)
     // where it says nothing. A young or density that it gives is the first material's, and the others
     // keep their ratio to it; a poisson is every material's.
@@ -2151,6 +2154,7 @@ class OmSceneTissue(Struct):
     young: float
     poisson: float
     density: float
+    mesh_factor: float
     rayleigh_mass: float
     rayleigh_stiffness: float
     gravity: float
@@ -2291,7 +2295,7 @@ class OmSceneCamera(Struct):
 
 class OmSceneWorld(Struct):
     """typedef struct OmSceneWorld {  // what the simulated world hides from the twin
-    double young_factor;       // true Young's modulus over the twin's; default 0.85
+    double young_factor;       // true Young's modulus over `young`; default 0.85
     double density_factor;     // default 1
     int law;                   // OmLaw of the true tissue, -1 (default): the twin's
     double poisson;        // true Poisson's ratio of all materials, below 0 (default): the twin's
@@ -6818,7 +6822,7 @@ complete(OmSenseOptions, [("samples", c_int), ("has_shadow", c_bool), ("nworker"
 complete(OmDepthNoise, [("a", c_double), ("b", c_double), ("min_grazing", c_double), ("dropout", c_double), ("seed", c_uint64), ("nworker", c_int)], {})
 complete(OmVisibility, [("npoint", c_int), ("nseen", c_int), ("naway", c_int), ("noutside", c_int), ("nhidden", c_int)], {})
 complete(OmScan, [("time", c_double), ("npoint", c_int), ("ntri", c_int), ("x", c_void_p), ("normal", c_void_p), ("tri_vert", c_void_p), ("noise", c_double), ("has_camera", c_bool), ("camera", OmCamera), ("pixel", c_void_p)], {})
-complete(OmSceneTissue, [("engine", c_char * 64), ("weights", c_char * 512), ("source", c_int), ("size", OmVec3), ("cells", OmVec3), ("world_cells", OmVec3), ("file", c_char * 512), ("unit", c_double), ("up", OmVec3), ("view", OmVec3), ("law", c_int), ("is_averaged", c_bool), ("friction", c_double), ("has_board", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("rayleigh_mass", c_double), ("rayleigh_stiffness", c_double), ("gravity", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double)], {})
+complete(OmSceneTissue, [("engine", c_char * 64), ("weights", c_char * 512), ("source", c_int), ("size", OmVec3), ("cells", OmVec3), ("world_cells", OmVec3), ("file", c_char * 512), ("unit", c_double), ("up", OmVec3), ("view", OmVec3), ("law", c_int), ("is_averaged", c_bool), ("friction", c_double), ("has_board", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("mesh_factor", c_double), ("rayleigh_mass", c_double), ("rayleigh_stiffness", c_double), ("gravity", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double)], {})
 complete(OmSceneModel, [("label", c_int), ("max_volume", c_double), ("edge", c_double), ("world_edge", c_double), ("thickness", c_double), ("side", c_char * 64), ("half_length", c_double), ("half_width", c_double), ("attach", c_char * 64), ("tumour_radius", c_double), ("tumour_shift", OmVec3), ("tumour_range", OmVec3), ("attach_turn", c_double)], {})
 complete(OmSceneAttach, [("kind", c_int), ("share_min", c_double), ("share_max", c_double), ("lo", OmVec3), ("hi", OmVec3), ("stiffness", c_double), ("foundation", c_double)], {})
 complete(OmSceneBelief, [("kind", c_int), ("shift", OmVec3), ("grow", c_double), ("ratio", c_double), ("seed", c_int), ("share", c_double), ("lo", OmVec3), ("hi", OmVec3), ("stiffness", c_double), ("foundation", c_double)], {})
@@ -7096,6 +7100,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_body_engine": (POINTER(OmTissueEngine), [c_void_p]),
     "om_body_eval_anchor": (c_int, [c_void_p, c_int, c_void_p, c_void_p, c_void_p]),
     "om_body_find_engine": (c_int, [POINTER(OmScene), c_int, POINTER(POINTER(OmTissueEngine))]),
+    "om_body_find_mesh_factor": (c_int, [POINTER(OmSite), c_void_p]),
     "om_body_get_attachment_force": (c_int, [c_void_p, c_void_p]),
     "om_body_get_forces": (c_int, [c_void_p, POINTER(OmBodyForces)]),
     "om_body_get_measure": (c_int, [c_void_p, c_int, c_void_p]),
@@ -8057,6 +8062,7 @@ STATUS = frozenset([
     "om_body_create_shared",
     "om_body_eval_anchor",
     "om_body_find_engine",
+    "om_body_find_mesh_factor",
     "om_body_get_attachment_force",
     "om_body_get_forces",
     "om_body_get_measure",

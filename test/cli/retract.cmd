@@ -188,6 +188,16 @@ out largest pull of 25 grasps in 1 layouts
 out ^force_threshold: \d
 out ^force_margin: \d
 
+# How much too stiffly the twin's mesh bends; in the scene the factor lowers the twin's modulus, and no other's.
+$ omentum retract small.yaml -q --calibrate-mesh
+exit 0
+out ^small: under its own weight the twin's mesh of \d+ tetrahedra yields [1-9]\d % as much as the same mesh refined
+out ^mesh_factor: 0\.[1-9]\d*  # under
+
+$ sed -e 's/  source: sheet/  source: sheet\n  mesh_factor: 1.5/' small.yaml > factor.yaml && omentum retract factor.yaml -q --dry-run
+exit 3
+err mesh_factor.*1\.5.*0\.01 to 1
+
 # A twin of particles has no forces in newtons: it is refused unless the scene does without them.
 $ sed -e 's/  source: sheet/  source: sheet\n  engine: pbd/' small.yaml > blind.yaml && omentum retract blind.yaml -q -o blind
 exit 3
