@@ -28,11 +28,16 @@ def main(arguments=None):
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--reward", default="exposure", help="exposure or thesis")
+    parser.add_argument("--output", help="file of the model")
     options = parser.parse_args(arguments)
     torch.set_num_threads(1)
     begin = time.process_time()
     model = train(options.steps, options.seed, reward=options.reward)
     done = time.process_time()
+    if options.output:
+        model.save(options.output)
+    recent = [episode["r"] for episode in model.ep_info_buffer]
+    print(f"mean return of the last {len(recent)} episodes of training: {sum(recent) / max(1, len(recent)):.2f}")
     exposure = evaluate_starts(model, "retract", max_step=700)["exposure"]
     print("\n".join(" ".join(f"{value:5.2f}" for value in row) for row in exposure.reshape(7, 7)))
     print(f"{model.num_timesteps} steps, {done - begin:.0f} s of processor time: mean TE {exposure.mean():.3f}, lowest {exposure.min():.2f}")

@@ -44,3 +44,22 @@ def test_both_learn_the_cart_pole(tmp_path):
                               capture_output=True, text=True, check=False, env=environment)
         ours = json.loads(done.stdout)["figures"]["return"]
         assert ours > 450 and abs(ours - theirs) < 50
+
+
+def test_ppo_learns_from_pictures():
+    """A smoke test (5.7): the losses are finite, and every layer changes. No target."""
+    import torch
+    from stable_baselines3 import PPO
+
+    from omentum.sb3 import VecEnv
+    torch.set_num_threads(1)
+    env = VecEnv("retract", 4, seed=1, picture=1, move_mm=2, max_step=40)
+    model = PPO("CnnPolicy", env, n_steps=64, batch_size=64, n_epochs=2, learning_rate=1e-3, seed=1, device="cpu")
+    assert model.policy.features_extractor.cnn[0].in_channels == 3
+    before = {name: value.clone() for name, value in model.policy.state_dict().items()}
+    model.learn(2048)
+    losses = {name: value for name, value in model.logger.name_to_value.items() if name.startswith("train/")}
+    print(losses)
+    assert {"train/loss", "train/value_loss", "train/policy_gradient_loss"} <= set(losses) and np.isfinite(list(losses.values())).all()
+    after = model.policy.state_dict()
+    assert all(torch.isfinite(value).all() and not torch.equal(value, before[name]) for name, value in after.items())
