@@ -381,7 +381,7 @@ def test_ppo_of_stable_baselines3_learns_to_reach(gym):
 
 
 def test_the_lines_that_train_run(gym, tmp_path, monkeypatch):
-    """With fewer steps and short episodes; test_slow_sb3 runs them as printed."""
+    """With fewer steps and short episodes. python/examples/ppo_sb3.py has the same settings; test_slow_sb3 runs it."""
     pytest.importorskip("stable_baselines3")
     assert len([line for line in blocks()[1].splitlines() if line.strip()]) == 10
     monkeypatch.chdir(tmp_path)

@@ -1,6 +1,7 @@
 """PPO of Stable-Baselines3 learns on the native environments: a second source for the figures of omentum's own PPO."""
 import json
 import os
+import pathlib
 import subprocess
 
 import numpy as np
@@ -44,6 +45,20 @@ def test_both_learn_the_cart_pole(tmp_path):
                               capture_output=True, text=True, check=False, env=environment)
         ours = json.loads(done.stdout)["figures"]["return"]
         assert ours > 450 and abs(ours - theirs) < 50
+
+
+def test_ppo_learns_to_retract(capsys):
+    """The example, as measured in doc/gym.md: 0.425 with seed 1. A policy that does not grasp, or grasps anywhere, exposes nothing."""
+    import importlib.util
+    path = pathlib.Path(__file__).resolve().parents[1] / "examples" / "ppo_sb3.py"
+    spec = importlib.util.spec_from_file_location("ppo_sb3", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    exposure = example.main(["--clip-reward", "inf"])
+    said = capsys.readouterr().out
+    print(said)
+    assert exposure.shape == (49,) and "100352 steps" in said
+    assert exposure.mean() > 0.3
 
 
 def test_ppo_learns_from_pictures():
