@@ -208,6 +208,7 @@ struct OmLoop {
     double time;         // s of the operation
     int tick;
     double visibility;         // of the last look
+    bool has_dragged;          // held tissue was folded since it was grasped
     bool has_slipped;          // an arm lost its tissue since the last decision
     double visibility_world;   // of the last look, in the truth, for the record alone; NAN unknown
     double look_age;           // s from the exposure of the last look's picture to its observation

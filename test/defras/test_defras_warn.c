@@ -5,6 +5,8 @@
 
 #include "loop_rig.h"
 
+#include "defras/defras_internal.h"
+
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_update.h"
 
@@ -289,11 +291,36 @@ static void test_a_part(void** state) {
     course_end(&c);
 }
 
+// The same pulls as if the tissue had been folded before: it has been dragged over the board, and its part is not judged
+// until it is grasped anew.
+static void test_a_part_after_a_fold(void** state) {
+    (void)state;
+    Course c;
+    OmScene scene = warn_scene(0.02, 0.05, 0.06);
+    scene.monitor.part_limit[0] = 1e-3, scene.monitor.part_limit[1] = 2e-3;
+    scene.monitor.hysteresis = 0.1e-3;
+    course_begin(&c, scene, false, false);
+    while (c.loop->arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
+    c.loop->has_dragged = true;
+    double part = 0;
+    for (bool is_pulling = true; is_pulling;) {
+        assert_ok(om_loop_tick(c.loop));
+        const OmPlanVerb verb = c.loop->action.plan.verb;
+        is_pulling = c.loop->arm[0].in_hand >= 0 && om_loop_phase(c.loop) != OM_LOOP_ENDED;
+        is_pulling = is_pulling && verb != OM_PLAN_MOVE_ROI && verb != OM_PLAN_MOVE_AWAY;
+        part = fmax(part, om__warn_part(c.loop));
+        assert_int_equal(om_loop_warning(c.loop), 0);
+    }
+    assert_true(part > 2e-3);  // it would have warned
+    course_end(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_warning),  cmocka_unit_test(test_state_one),
-        cmocka_unit_test(test_state_two),   cmocka_unit_test(test_nothing_is_learnt),
-        cmocka_unit_test(test_state_three), cmocka_unit_test(test_a_part),
+        cmocka_unit_test(test_no_warning),          cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),           cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_state_three),         cmocka_unit_test(test_a_part),
+        cmocka_unit_test(test_a_part_after_a_fold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
