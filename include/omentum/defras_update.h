@@ -80,13 +80,15 @@ OM_API OmStatus om_updater_create(const OmUpdateDef* def, OmUpdater** updater);
 OM_API void om_updater_destroy(OmUpdater* updater);
 
 typedef enum OmUpdateStage {
-    OM_UPDATE_TAKEN,     // an acquisition was taken
-    OM_UPDATE_STARTED,   // an estimate was started
-    OM_UPDATE_ADOPTED,   // the twin begins to adopt an estimate
-    OM_UPDATE_REFUSED,   // the twin is unchanged
-    OM_UPDATE_CANCELLED  // the loop ended before the tick of adoption
+    OM_UPDATE_TAKEN,      // an acquisition was taken
+    OM_UPDATE_STARTED,    // an estimate was started
+    OM_UPDATE_ADOPTED,    // the twin begins to adopt an estimate
+    OM_UPDATE_REFUSED,    // the twin is unchanged
+    OM_UPDATE_CANCELLED,  // the loop ended before the tick of adoption
+    // No plan was left: the twin frees what was not attached in every belief of the operation
+    OM_UPDATE_DOUBTED
 } OmUpdateStage;
-/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled".
+/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled", "doubted".
 OM_API const char* om_update_stage_text(OmUpdateStage stage);
 
 typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are valid during the call
@@ -96,9 +98,10 @@ typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are va
     double time;                       // s of the operation
     const OmAcquisition* acquisition;  // taken; otherwise null
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    const OmMatchEstimate* estimate;  // adopted, or refused with a result; otherwise null
-    const char* reason;               // of a refusal; otherwise ""
-    // attachments of the twin before an adoption; otherwise null  (nvert)
+    // adopted, or refused with a result; of doubt the number of vertices and `attached`; otherwise null
+    const OmMatchEstimate* estimate;
+    const char* reason;  // of a refusal; otherwise ""
+    // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;
 

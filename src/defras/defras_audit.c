@@ -370,6 +370,7 @@ static void put_estimate(OmJson* json, const OmMatchEstimate* e, const unsigned 
     }
     om_json_integer(json, "attached", after);
     if (was) om_json_integer(json, "attached_before", before);
+    if (e->nacquisition == 0) return;  // attachments alone
     om_json_number(json, "seen_share", e->seen_share);
     om_json_number(json, "median_before_m", e->before_median);
     om_json_number(json, "median_after_m", e->after_median);

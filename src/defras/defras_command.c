@@ -145,6 +145,7 @@ static OmStatus mark(OmLoop* loop, int block, bool is_attached) {
         if (om__grid_block_of(&loop->grid, om_load3(site->mesh.x, v)) != block) continue;
         if (is_attached && !attached[v]) stiffness[v] = site->attach_stiffness;
         attached[v] = is_attached;
+        om__doubt_mark(loop, v, is_attached);
     }
     loop->is_corrected = true;
     om__loop_forget_exposure(loop);

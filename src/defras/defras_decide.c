@@ -6,8 +6,9 @@
 //                     └───────────────┴────────────┘
 //
 // With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with a
-// monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). A plan may wait in CONSENT, and
-// every stage may be left for HOLD: a person decides (defras_command.c, defras_hold.c).
+// monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). Where no plan is left, DOUBT may
+// free what was learnt, and PLAN follows again (defras_doubt.c). A plan may wait in CONSENT, and every stage may be left
+// for HOLD: a person decides (defras_command.c, defras_hold.c).
 //
 // One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
 // needs the next tick.
@@ -128,7 +129,9 @@ static OmStatus decide_plan(OmLoop* loop) {
         om__loop_alarm(loop, OM_HOLD_PLANNER, "the planner found no plan within its budget");
         OM_TRY(om__loop_check_hold(loop));
     } else if (is_empty) {
-        end_without_plan(loop);
+        bool is_changed;
+        OM_TRY(om__doubt_free(loop, &is_changed));
+        if (!is_changed) end_without_plan(loop);
     } else {
         loop->action_index = loop->ncontinued = 0;
         loop->stage = loop->needs_approval ? STAGE_CONSENT : STAGE_NEXT_ACTION;
@@ -370,6 +373,10 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
         case STAGE_LEARN: check_learning(loop, &needs_tick); break;
+        case STAGE_DOUBT:
+            needs_tick = !om__doubt_is_over(loop);
+            if (!needs_tick) loop->stage = STAGE_PLAN;
+            break;
         case STAGE_CONSENT:
         case STAGE_HOLD: needs_tick = true; break;
         case STAGE_ENDED: break;

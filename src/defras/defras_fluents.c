@@ -76,9 +76,8 @@ double om__grid_length(const Grid* g, double fraction) {
 }
 
 // The block is above an attachment, or nearer to one than ATTACHMENT_DISTANCE: a pull there would load the attachment.
-bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
-    const OmTetMesh* mesh = &om_body_site(body)->mesh;
-    const unsigned char* attached = om_body_attached(body);
+bool om__grid_is_fixed_by(const Grid* grid, const OmTetMesh* mesh, const unsigned char* attached,
+                          int block) {
     OmPose task = om_pose_inverse(grid->task);
     OmVec3 c = om_load3(grid->center, block);
     double clear = om__grid_length(grid, ATTACHMENT_DISTANCE);
@@ -88,6 +87,10 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
         if (block_of(grid, p) == block || hypot(p.x - c.x, p.y - c.y) < clear) return true;
     }
     return false;
+}
+
+bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
+    return om__grid_is_fixed_by(grid, &om_body_site(body)->mesh, om_body_attached(body), block);
 }
 
 // A grasp beside an exhausted block lifts almost the same tissue. On a fine grid all actions would be used in one

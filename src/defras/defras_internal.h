@@ -126,6 +126,7 @@ typedef enum Stage {
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
     STAGE_LOOK,         // the arms keep still before an acquisition; waits
+    STAGE_DOUBT,        // the twin frees doubted attachments; waits
     STAGE_LEARN,        // the arms keep still until the twin has learnt; waits
     STAGE_CONSENT,      // a plan waits for a person; waits
     STAGE_HOLD,         // the loop waits for a person; waits
@@ -251,6 +252,7 @@ struct OmLoop {
     // computed by defras_look.c
     double look_begin;          // s, since when the arms keep still
     OmMatchAdoption* adoption;  // of the twin; null without an updater
+    unsigned char* always;      // attached in every belief of the operation, or null  (nvert)
 
     // the record
     OmRetractResult result;
@@ -278,6 +280,9 @@ bool om__grid_has(const Grid* grid, int block, OmVec3 p_task);
 double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
+// The same with attachments `attached` (nvert).
+bool om__grid_is_fixed_by(const Grid* grid, const OmTetMesh* mesh, const unsigned char* attached,
+                          int block);
 void om__sense_fluents(OmLoop* loop, OmSituation* situation);
 
 // defras_cloud.c
@@ -387,6 +392,14 @@ OmStatus om__loop_drop_plan(OmLoop* loop, OmActionOutcome outcome);
 OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome);
 // End the loop between two actions or in the middle of one, at a command.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
+
+// defras_doubt.c
+OmStatus om__doubt_create(OmLoop* loop);
+void om__doubt_note(OmLoop* loop, const unsigned char* attached);  // an adopted estimate
+void om__doubt_mark(OmLoop* loop, int vert, bool is_attached);     // by a person
+// When no plan is left: begin to free what is doubted, in STAGE_DOUBT, if a point can be grasped then.
+OmStatus om__doubt_free(OmLoop* loop, bool* is_changed);
+bool om__doubt_is_over(const OmLoop* loop);
 
 // defras_apart.c
 // Least distance of the arm's tool from the other one on a straight way to a goal, m; INFINITY where it grows from now

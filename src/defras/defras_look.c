@@ -167,6 +167,7 @@ static OmStatus adopt(OmLoop* loop) {
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);
+    om__doubt_note(loop, u->estimate.attached);
     om__loop_forget_exposure(loop);
     om__force_reset(loop);
     OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", was));

@@ -180,6 +180,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
     if (status == OM_OK)
         status = om_match_adoption_create(om_body_site(def->twin)->mesh.nvert, &loop->adoption);
+    if (status == OM_OK) status = om__doubt_create(loop);
     if (status == OM_OK && def->preplan) {
         loop->preplan = om_alloc(1, sizeof *loop->preplan);
         status = loop->preplan ? OM_OK : OM_NO_MEMORY;
@@ -189,6 +190,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     if (status < 0) {
         om_match_adoption_destroy(loop->adoption);
         om_roi_meter_destroy(loop->meter);
+        om_free(loop->always);
         om_free(loop->preplan);
         om_free(loop);
         return status;
@@ -228,6 +230,7 @@ void om_loop_destroy(OmLoop* loop) {
     if (loop->updater) om__updater_cancel(loop->updater);
     om_match_adoption_destroy(loop->adoption);
     om_roi_meter_destroy(loop->meter);
+    om_free(loop->always);
     om_free(loop->preplan);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
@@ -320,6 +323,7 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;
     case STAGE_LOOK: return OM_LOOP_LOOK;
+    case STAGE_DOUBT:
     case STAGE_LEARN: return OM_LOOP_LEARN;
     case STAGE_CONSENT: return OM_LOOP_CONSENT;
     case STAGE_HOLD: return OM_LOOP_HOLD;

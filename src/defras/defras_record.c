@@ -306,7 +306,7 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     OmRecorder* rec = ctx;
     if (event->stage == OM_UPDATE_TAKEN && rec->def.records_acquisitions)
         return save_acquisition(rec, event->acquisition);
-    if (event->stage != OM_UPDATE_ADOPTED) return OM_OK;
+    if (event->stage != OM_UPDATE_ADOPTED && event->stage != OM_UPDATE_DOUBTED) return OM_OK;
     if (!rec->before.pixel) OM_TRY(draw_twin(rec, event->was_attached, &rec->before));
     return draw_twin(rec, event->estimate->attached, &rec->after);
 }

@@ -17,6 +17,7 @@ const char* om_update_stage_text(OmUpdateStage stage) {
     case OM_UPDATE_ADOPTED: return "adopted";
     case OM_UPDATE_REFUSED: return "refused";
     case OM_UPDATE_CANCELLED: return "cancelled";
+    case OM_UPDATE_DOUBTED: return "doubted";
     }
     return "";
 }

@@ -13,9 +13,9 @@
 // while most of a sheet lies still; by the time that a fold has moved more than half of it, mu may be above its third
 // limit. Parts are judged in pulls that no fold of the same grasp precedes: tissue that is folded drags over the board,
 // in the truth otherwise than in the twin. In a pull after a fold the part was 17.1 mm at once (development pair 2506),
-// and two estimates from there attached 34 vertices. Statistics tried on development pairs (study_retraction_protocol.h, indices 2002 to 2006), largest
-// value in the pulls of six twins with right attachments, two of them with every other error, and of four with wrong
-// ones, of 1,000 points:
+// and two estimates from there attached 34 vertices. Statistics tried on development pairs
+// (study_retraction_protocol.h, indices 2002 to 2006), largest value in the pulls of six twins with right attachments,
+// two of them with every other error, and of four with wrong ones, of 1,000 points:
 // | statistic                                                        | right          | wrong          |
 // |------------------------------------------------------------------|----------------|----------------|
 // | quantile 0.95 of the distances, mm                               | 1.3 to 4.9     | 2.1 to 14      |

@@ -209,6 +209,9 @@ static OmStatus print_change(const OmLoop* loop, const OmUpdateEvent* e, OmText*
     Points gained, lost;
     int nmore, nless;
     compare_attached(loop, e, &gained, &lost, &nmore, &nless);
+    if (e->stage == OM_UPDATE_DOUBTED)
+        OM_TRY(om_text_append(
+            t, "No plan is left, so the robot doubts attachments that not every estimate has. "));
     OM_TRY(om_text_append(t, "The model has changed: "));
     if (gained.num > 0) {
         OM_TRY(om_text_append(t, "the tissue is attached under "));
@@ -244,6 +247,7 @@ OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* e, OmText* t) 
     case OM_UPDATE_REFUSED:
         return om_text_append(t, "The model is kept; the estimate from %d %s was refused: %s.",
                               e->nacquisition, views, e->reason);
+    case OM_UPDATE_DOUBTED: return print_change(loop, e, t);
     case OM_UPDATE_CANCELLED:
         return om_text_append(t, "The model is kept: the operation ended before the estimate.");
     }

@@ -291,8 +291,7 @@ static void test_a_part(void** state) {
     course_end(&c);
 }
 
-// The same pulls as if the tissue had been folded before: it has been dragged over the board, and its part is not judged
-// until it is grasped anew.
+// The same pulls as if the tissue had been folded before: it was dragged over the board, and its part is not judged.
 static void test_a_part_after_a_fold(void** state) {
     (void)state;
     Course c;

@@ -1,0 +1,73 @@
+// defras_doubt.c: what the loop does with attachments that not every estimate has, when no plan is left (ours).
+//
+// An estimate that attaches too much rules out the points above it, also points that are free. When no point is left,
+// the twin frees all vertices that were free in some belief of this operation: the first one, or an estimate. What
+// remains is the intersection of the beliefs; the thesis (4.3.4) takes the intersection of the latest predictions for
+// every update, where one estimate too few hides a true attachment. Here it is taken only where the loop would end. The
+// force limit and the monitor watch the grasps that follow, and each later estimate narrows the intersection further.
+// Where the intersection gives no new point, the loop ends as before.
+#include <string.h>
+
+#include "defras/defras_internal.h"
+#include "defras/defras_updater.h"
+
+OmStatus om__doubt_create(OmLoop* loop) {
+    const size_t n = (size_t)om_body_site(loop->twin)->mesh.nvert;
+    if (!loop->updater || !loop->updater->def.estimate) return OM_OK;
+    OM_ALLOC(loop->always, n);
+    memcpy(loop->always, om_body_attached(loop->twin), n);
+    return OM_OK;
+}
+
+void om__doubt_note(OmLoop* loop, const unsigned char* attached) {
+    const int n = om_body_site(loop->twin)->mesh.nvert;
+    for (int v = 0; loop->always && v < n; ++v) loop->always[v] = loop->always[v] && attached[v];
+}
+
+void om__doubt_mark(OmLoop* loop, int vert, bool is_attached) {
+    if (loop->always) loop->always[vert] = is_attached;
+}
+
+// A point that may be grasped with the intersection, and not with the twin's attachments.
+static bool has_new_point(const OmLoop* loop) {
+    const OmSituation* s = &loop->situation;
+    for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
+        if (s->is_fixed[b] && s->reachable[b] && !s->is_forbidden[b] &&
+            !(s->tried[b] & OM_TRIED_GRASP) &&
+            !om__grid_is_fixed_by(&loop->grid, &om_body_site(loop->twin)->mesh, loop->always, b))
+            return true;
+    return false;
+}
+
+OmStatus om__doubt_free(OmLoop* loop, bool* is_changed) {
+    const size_t n = (size_t)om_body_site(loop->twin)->mesh.nvert;
+    *is_changed = loop->always && has_new_point(loop);
+    if (!*is_changed) return OM_OK;
+    OmStatus status = OM_OK;
+    unsigned char* was = NULL;
+    OM_ALLOC_DONE(was, n);
+    memcpy(was, om_body_attached(loop->twin), n);
+    om_match_adoption_get_goal(loop->adoption, was);
+    // The intersection is a part of what the twin has.
+    OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, loop->always,
+                                        om_body_attachment_stiffness(loop->twin),
+                                        OM_MATCH_ADOPT_TIME));
+    loop->is_corrected = true;
+    om__loop_forget_exposure(loop);
+    om__force_reset(loop);
+    loop->stage = STAGE_DOUBT;
+    const OmMatchEstimate rest = {.nvert = (int)n, .attached = loop->always};
+    const OmUpdateEvent event = {.stage = OM_UPDATE_DOUBTED,
+                                 .index = loop->updater->nestimate - 1,
+                                 .tick = loop->tick,
+                                 .time = loop->time,
+                                 .estimate = &rest,
+                                 .reason = "",
+                                 .was_attached = was};
+    OM_TRY_DONE(om__loop_notify_update(loop, &event));
+done:
+    om_free(was);
+    return status;
+}
+
+bool om__doubt_is_over(const OmLoop* loop) { return !om_match_adoption_is_active(loop->adoption); }
