@@ -5,10 +5,10 @@
 //                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
 //                     └───────────────┴────────────┘
 //
-// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with a
-// monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). Where no plan is left, DOUBT may
-// free what was learnt, and PLAN follows again (defras_doubt.c). A plan may wait in CONSENT, and every stage may be left
-// for HOLD: a person decides (defras_command.c, defras_hold.c).
+// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with
+// a monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). Where no plan is left, DOUBT
+// may free what was learnt, and PLAN follows again (defras_doubt.c). A plan may wait in CONSENT, and every stage may
+// be left for HOLD: a person decides (defras_command.c, defras_hold.c).
 //
 // One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
 // needs the next tick.
