@@ -112,6 +112,11 @@ OM_API OmStatus om_body_step_many(int nbody, OmBody* const* body, int nwork,
 /// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
                                OmBody** body);
+/// Set Young's modulus of every material to `factor` times that of the site. Positions, grasps and attachments stay;
+/// forces change at once.
+/// @param scene  as om_body_create was given it
+/// @return OM_OK; OM_INVALID (a body of om_body_create_shared, factor not above 0); OM_NO_MEMORY; unchanged on error
+OM_API OmStatus om_body_set_young(OmBody* body, const OmScene* scene, double factor);
 OM_API void om_body_destroy(OmBody* body);
 /// The engine that computes the body; om_engine_capabilities says what it can do.
 OM_API const OmTissueEngine* om_body_engine(const OmBody* body);

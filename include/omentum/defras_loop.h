@@ -15,6 +15,7 @@
 
 #include "omentum/body.h"
 #include "omentum/defras_ahead.h"
+#include "omentum/defras_modulus.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_preplan.h"
 #include "omentum/defras_update.h"
@@ -132,6 +133,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     double force_less;       // N, largest excess of the twin over the truth at one instant
     // Factor on the twin's forces, learnt where the arms measure force; 1: nothing was learnt. `force` has it.
     double force_factor;
+    // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
+    double young_factor;
+    int nmodulus;
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
@@ -218,6 +222,9 @@ typedef struct OmLoopDef {
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
+    // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
+    // om_body_create.
+    OmModulus* modulus;
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;

@@ -24,6 +24,7 @@
 #include "omentum/defras_ahead.h"
 #include "omentum/defras_audit.h"
 #include "omentum/defras_loop.h"
+#include "omentum/defras_modulus.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_preplan.h"
 #include "omentum/defras_recorder.h"

@@ -2383,6 +2383,9 @@ class OmSceneUpdate(Struct):
     char network[OM_SCENE_PATH];
     // An estimate is adopted only if the updated twin is closer to what the camera sees; default true.
     bool is_checked;
+    // Young's modulus of the twin is learnt from measured pulls (defras_modulus.h), also where is_enabled is false. It
+    // needs arms that measure force; default false.
+    bool learns_modulus;
 } OmSceneUpdate;"""
     is_enabled: bool
     latency: float
@@ -2391,6 +2394,7 @@ class OmSceneUpdate(Struct):
     rest: float
     network: str
     is_checked: bool
+    learns_modulus: bool
 
 
 class OmSceneMonitor(Struct):
@@ -3679,6 +3683,17 @@ class OmAheadDef(Struct):
     is_repeated: bool
 
 
+class OmModulusDef(Struct):
+    """typedef struct OmModulusDef {
+    OmCookie cookie;
+    const OmScene* scene;  // borrowed until destroy
+    const OmSite* site;    // of the twin; borrowed until destroy
+} OmModulusDef;"""
+    cookie: int
+    scene: Any
+    site: Any
+
+
 class OmPsm(Struct):
     """typedef struct OmPsm {
     OmPose pose_world_rcm;        // base frame at the remote centre of motion
@@ -4333,6 +4348,9 @@ class OmRetractResult(Struct):
     double force_less;       // N, largest excess of the twin over the truth at one instant
     // Factor on the twin's forces, learnt where the arms measure force; 1: nothing was learnt. `force` has it.
     double force_factor;
+    // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
+    double young_factor;
+    int nmodulus;
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
@@ -4383,6 +4401,8 @@ class OmRetractResult(Struct):
     force_more: float
     force_less: float
     force_factor: float
+    young_factor: float
+    nmodulus: int
     nforce: int
     nforce_world: int
     time: float
@@ -4474,6 +4494,9 @@ class OmLoopDef(Struct):
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
+    // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
+    // om_body_create.
+    OmModulus* modulus;
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;
@@ -4502,6 +4525,7 @@ class OmLoopDef(Struct):
     preplan: Any
     is_by_twin: bool
     ahead: Any
+    modulus: Any
     monitor: Any
     is_attended: bool
     needs_approval: bool
@@ -6832,7 +6856,7 @@ complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_do
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
-complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool)], {})
+complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
@@ -6881,6 +6905,7 @@ complete(OmCalibrationPath, [("name", c_char_p), ("kind", c_int), ("point", OmVe
 complete(OmCalibrationSeen, [("path", c_int), ("level", c_int), ("landmark", c_int), ("x", OmVec3)], {})
 complete(OmCalibrationTissueDef, [("build", OmCalibrationBuildFn), ("ctx", c_void_p), ("contact", POINTER(OmContactDef)), ("npath", c_int), ("path", POINTER(OmCalibrationPath)), ("nlandmark", c_int), ("landmark", POINTER(c_char_p)), ("rest", c_void_p), ("nobservation", c_int), ("observation", POINTER(OmCalibrationSeen)), ("force_scale", c_double), ("ncloud_point", c_int), ("cloud_point", c_void_p), ("cookie", c_uint32)], {})
 complete(OmAheadDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("npoint", c_int), ("max_step", c_int), ("is_repeated", c_bool)], {})
+complete(OmModulusDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite))], {})
 complete(OmPsm, [("pose_world_rcm", OmPose), ("wrist", c_double), ("q_min", c_double * 6), ("q_max", c_double * 6), ("jaw_min", c_double), ("jaw_max", c_double)], {})
 complete(OmPsmCapsule, [("a", OmVec3), ("b", OmVec3), ("radius", c_double)], {})
 complete(OmArmObservation, [("time", c_double), ("tip", OmPose), ("q", c_double * 6), ("jaw", c_double), ("jaw_speed", c_double), ("jaw_goal", c_double), ("is_moving", c_bool), ("has_wrench", c_bool), ("force", OmVec3), ("torque", OmVec3)], {})
@@ -6910,9 +6935,9 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("modulus", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("has_both_arms", c_bool), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
@@ -7120,6 +7145,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_body_save": (None, [c_void_p, c_void_p]),
     "om_body_set_attachment": (c_int, [c_void_p, c_int, c_void_p, c_void_p, c_void_p]),
     "om_body_set_work": (None, [c_void_p, c_void_p]),
+    "om_body_set_young": (c_int, [c_void_p, POINTER(OmScene), c_double]),
     "om_body_settle": (c_int, [c_void_p, c_double, c_double, c_double]),
     "om_body_site": (POINTER(OmSite), [c_void_p]),
     "om_body_state_size": (c_size_t, [c_void_p]),
@@ -7403,6 +7429,9 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_model_default_def": (OmModelDef, [c_char_p, c_double]),
     "om_model_direction": (c_int, [c_char_p, c_bool, POINTER(OmVec3)]),
     "om_model_parse_attach": (c_int, [c_char_p, POINTER(OmAttachDef)]),
+    "om_modulus_create": (c_int, [POINTER(OmModulusDef), POINTER(c_void_p)]),
+    "om_modulus_default_def": (OmModulusDef, [POINTER(OmScene), POINTER(OmSite)]),
+    "om_modulus_destroy": (None, [c_void_p]),
     "om_monitor_create": (c_int, [POINTER(OmMonitorDef), POINTER(c_void_p)]),
     "om_monitor_default_def": (OmMonitorDef, [POINTER(OmScene), POINTER(OmWorld), POINTER(OmSite)]),
     "om_monitor_destroy": (None, [c_void_p]),
@@ -7986,6 +8015,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_words_end": (c_int, [POINTER(OmRetractResult), POINTER(OmText)]),
     "om_words_force": (c_int, [c_double, POINTER(OmText)]),
     "om_words_hold": (c_int, [c_int, c_char_p, POINTER(OmText)]),
+    "om_words_modulus": (c_int, [c_double, POINTER(OmText)]),
     "om_words_plan": (c_int, [c_void_p, POINTER(OmSituation), POINTER(OmPlan), POINTER(OmText)]),
     "om_words_update": (c_int, [c_void_p, POINTER(OmUpdateEvent), POINTER(OmText)]),
     "om_words_warning": (c_int, [c_void_p, c_int, POINTER(OmMonitorFrame), POINTER(OmText)]),
@@ -8072,6 +8102,7 @@ STATUS = frozenset([
     "om_body_model_create",
     "om_body_move",
     "om_body_set_attachment",
+    "om_body_set_young",
     "om_body_settle",
     "om_body_step",
     "om_body_step_many",
@@ -8187,6 +8218,7 @@ STATUS = frozenset([
     "om_model_build_volume",
     "om_model_direction",
     "om_model_parse_attach",
+    "om_modulus_create",
     "om_monitor_create",
     "om_monitor_frame",
     "om_net_create",
@@ -8449,6 +8481,7 @@ STATUS = frozenset([
     "om_words_end",
     "om_words_force",
     "om_words_hold",
+    "om_words_modulus",
     "om_words_plan",
     "om_words_update",
     "om_words_warning",

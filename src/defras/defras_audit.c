@@ -24,6 +24,7 @@ struct OmAudit {
     OmText words;   // a sentence, or reasons
     OmText story;   // all sentences, with their times
     double factor;  // on the twin's forces, of the last line of an action
+    int nmodulus;   // OmRetractResult.nmodulus there
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {
@@ -357,6 +358,9 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     const double factor = loop->result.force_factor;
     if (factor != a->factor) OM_TRY(om_words_force(factor, &a->words));
     a->factor = factor;
+    if (loop->result.nmodulus > a->nmodulus)
+        OM_TRY(om_words_modulus(loop->result.young_factor, &a->words));
+    a->nmodulus = loop->result.nmodulus;
     return end_told(a, loop, &json);
 }
 

@@ -150,6 +150,7 @@ static OmStatus mark(OmLoop* loop, int block, bool is_attached) {
     loop->is_corrected = true;
     om__loop_forget_exposure(loop);
     om__force_reset(loop);
+    om__modulus_drop(loop);
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, attached, stiffness,
                                         OM_MATCH_ADOPT_TIME));
     status = om__loop_drop_plan(loop, OM_ACTION_REPLANNED);

@@ -263,6 +263,7 @@ static void conclude_action(OmLoop* loop, bool* needs_tick) {
 }
 
 static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
+    OM_TRY(om__modulus_learn(loop));
     OM_TRY(note_action(loop));
     *needs_tick = false;
     if (om__look_is_due(loop)) {

@@ -7,8 +7,8 @@
 //
 // It is a factor of the force, not of the modulus: a lifted sheet bends under its weight, so that its pull is not
 // proportional to the modulus. With a truth of 0.4 times the twin's modulus the small sheet of test_defras_force pulls
-// with 0.84 of the twin's force. So the twin keeps its modulus. A filter that forgets with a time constant of 2 s was
-// noisier and no faster.
+// with 0.84 of the twin's force. The modulus itself is learnt by defras_modulus.c, by setting. A filter that forgets
+// with a time constant of 2 s was noisier and no faster.
 #include "defras/defras_internal.h"
 
 #define MIN_FORCE 0.1   // N, measured and in the twin: below it noise of the sensor decides

@@ -144,6 +144,7 @@ struct OmLoop {
     OmMonitor* monitor;  // null: none
     OmPreplan* preplan;  // owned; null: none
     OmAhead* ahead;      // null: none
+    OmModulus* modulus;  // null: none
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -380,6 +381,8 @@ void om__loop_forget_exposure(OmLoop* loop);
 // defras_ahead.c: before a new plan, after the fluents: try the best unknown grasping points in snapshots of the twin,
 // and make facts of them. Nothing without OmLoopDef.ahead.
 OmStatus om__loop_ahead(OmLoop* loop);
+// The twin has this factor on its modulus now.
+OmStatus om__ahead_set_young(OmAhead* ahead, double factor);
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
 OmStatus om__loop_plan(OmLoop* loop);
@@ -433,6 +436,13 @@ bool om__warn_is_learning(OmLoop* loop);  // false: STAGE_LEARN is over
 // defras_force.c
 void om__force_add(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin);
 void om__force_reset(OmLoop* loop);
+
+// defras_modulus.c: nothing happens without OmLoopDef.modulus
+OmStatus om__modulus_begin(OmModulus* modulus);  // of a loop
+// After a step of the twin: record it, and take the next step of a change of the modulus.
+OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin);
+OmStatus om__modulus_learn(OmLoop* loop);  // after an action that moved held tissue
+void om__modulus_drop(OmLoop* loop);       // the twin's attachments change: the record says nothing
 
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);

@@ -170,6 +170,7 @@ static OmStatus adopt(OmLoop* loop) {
     om__doubt_note(loop, u->estimate.attached);
     om__loop_forget_exposure(loop);
     om__force_reset(loop);
+    om__modulus_drop(loop);
     OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", was));
 done:
     om_free(was);

@@ -145,7 +145,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     r->twin_ntet = mesh->ntet;
     r->twin_shift = om__rest_shift(loop->twin);
     r->world_shift = NAN;
-    r->force_factor = 1;
+    r->force_factor = r->young_factor = 1;
     loop->truth_nattached = om__count_attached(loop->truth);
     if (loop->truth) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
@@ -173,6 +173,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->planner = def->planner;
     loop->updater = def->updater;
     loop->ahead = def->ahead;
+    loop->modulus = def->modulus;
     loop->narm = om_world_narm(def->world);
     loop->nlistener = def->nlistener;
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
@@ -185,6 +186,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         loop->preplan = om_alloc(1, sizeof *loop->preplan);
         status = loop->preplan ? OM_OK : OM_NO_MEMORY;
     }
+    if (status == OM_OK && def->modulus) status = om__modulus_begin(def->modulus);
     if (status == OM_OK && om_world_sources(def->world) & PICTURE)
         status = om_roi_meter_create(om_body_site(def->twin), &loop->meter);
     if (status < 0) {

@@ -26,6 +26,7 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     OmBodyForces forces;
     OM_TRY(om_body_get_forces(loop->twin, &forces));
     om__force_add(loop, obs, &forces);
+    OM_TRY(om__modulus_step(loop, obs, &forces));
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const double factor = loop->result.force_factor;
         loop->force[a] = om_body_is_holding(loop->twin, a) ? factor * om_norm(forces.pull[a]) : 0.0;

@@ -27,7 +27,8 @@ struct OmBody {
     OmBodyModel* own;      // the model if the body made it, or null
     OmBodyWork* own_work;  // as above
     Rest rest;
-    int nbad;  // steps that returned OM_NOT_CONVERGED
+    int nworker;  // of `own`
+    int nbad;     // steps that returned OM_NOT_CONVERGED
 };
 
 OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBody** body) {
@@ -58,7 +59,28 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     }
     (*body)->own = model;
     (*body)->own_work = work;
+    (*body)->nworker = nworker;
     return status;
+}
+
+OmStatus om_body_set_young(OmBody* b, const OmScene* scene, double factor) {
+    OM_CHECK(b->own && b->work == b->own_work, OM_INVALID,
+             "body: other bodies may share its model, so its modulus is fixed; use om_body_create");
+    OM_CHECK(factor > 0 && isfinite(factor), OM_INVALID,
+             "body: the factor of Young's modulus is %g; it must be above 0", factor);
+    OmBodyModel* model = NULL;
+    OmBodyWork* work = NULL;
+    OmStatus status = om__body_model_create(scene, b->model->site, b->nworker, factor, &model);
+    if (status == OM_OK) status = om_body_work_create(model, &work);
+    if (status < 0) {
+        om_body_model_destroy(model);
+        return status;
+    }
+    om_body_work_destroy(b->own_work);
+    om_body_model_destroy(b->own);
+    b->model = b->own = model;
+    b->work = b->own_work = work;
+    return OM_OK;
 }
 
 void om_body_destroy(OmBody* b) {

@@ -17,4 +17,8 @@ struct OmBodyWork {
     OmContactWork* contact;
 };
 
+// A model whose Young's modulus is `factor` times that of the site.
+OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nworker, double factor,
+                               OmBodyModel** model);
+
 #endif

@@ -17,6 +17,11 @@ static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
 
 OmStatus om_body_model_create(const OmScene* scene, const OmSite* site, int nworker,
                               OmBodyModel** model) {
+    return om__body_model_create(scene, site, nworker, 1, model);
+}
+
+OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nworker, double factor,
+                               OmBodyModel** model) {
     *model = NULL;
     OmBodyModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
@@ -25,6 +30,8 @@ OmStatus om_body_model_create(const OmScene* scene, const OmSite* site, int nwor
     OmTissueDef def;
     OmStatus status = om_body_make_tissue_def(scene, site, &parts, &def);
     def.solver.nworker = nworker;
+    def.material_default.young *= factor;
+    for (int k = 0; status == OM_OK && k < def.nmaterial; ++k) parts.material[k].young *= factor;
     if (status == OM_OK) status = om_tissue_create(&def, &m->tissue);
     if (status == OM_OK) status = create_contact(scene, m);
     if (status < 0)

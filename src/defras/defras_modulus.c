@@ -1,0 +1,260 @@
+// defras_modulus.c: Young's modulus of the twin from measured pulls, where they disagree with the twin's (thesis 7.1).
+//
+// While one arm alone holds tissue, the twin's grasp pose and the measured load are recorded each tick, from a snapshot
+// of the twin right after its grasp. After a pull or a fold the record is repeated in two bodies of half and of twice
+// the present modulus. With u = log2 of the factor, the load of a tick is a parabola through -1, 0 and 1:
+//
+//     g(u) = g(0) + u (g(1) - g(-1)) / 2 + u^2 (g(1) - 2 g(0) + g(-1)) / 2
+//
+// and u is where the mean of |measured - g(u)|^2 over a stretch is least. Gravity and contact are part of the repeated
+// motion, so that a pull that is not proportional to the modulus needs no correction.
+//
+// A stretch is the part of the record since the last estimate. Its estimate counts if
+// - the loads disagree beyond noise: by MIN_FORCE and a share of the load, root mean square;
+// - the modulus explains it: not more than MAX_LEFT of the disagreement remains;
+// - u is inside its range;
+// - the monitor, if there is one, has no warning.
+// Two successive stretches of the same grasp must agree to SAME. A wrong attachment makes no difference until tissue
+// beside it is lifted, and then a growing one: stretches disagree, or much of the disagreement remains.
+//
+// A twin that changes its attachments, or a second arm that grasps, ends the record until the next grasp.
+#include "omentum/defras_modulus.h"
+
+#include "defras/defras_internal.h"
+
+#define MODULUS_COOKIE 0x0de1a571
+#define MAX_TICK 500    // of a record
+#define MIN_TICK 20     // of a stretch
+#define MIN_WAY 0.008   // m that the tip moves in a stretch
+#define MIN_FORCE 0.05  // N, of the disagreement
+#define MIN_SHARE 0.1   // the same, over the twin's load
+#define MAX_LEFT 0.3    // of the disagreement, root mean square
+#define SAME 0.4        // in log2: two estimates within a factor of 1.32
+#define RANGE 2.0       // in log2, of one estimate
+#define MAX_FACTOR 4.0  // of all, and 1 / MAX_FACTOR
+#define NSTEP 5         // in which the twin takes over a modulus
+#define STEP_TIME 0.1   // s, of each
+
+typedef struct Tick {
+    OmPose tip;             // of the twin's grasp
+    OmVec3 measured, twin;  // N, force of the tool on the tissue
+} Tick;
+
+struct OmModulus {
+    OmModulusDef def;
+    OmBody* other[2];  // of half and of twice the modulus
+    void* start;       // of the twin, after the grasp
+    Tick* tick;        // (MAX_TICK)
+    OmVec3* load[2];   // N, of the other bodies, at each tick  (MAX_TICK)
+    int arm;           // of the record; -1: none
+    bool is_spent;     // no record until all arms have released
+    int n, begin;      // ticks; the stretch begins at the second
+    double last;       // u of the stretch before; NAN: none
+    double factor, target;
+    int nstep;        // left until the target
+    double step_due;  // s of the operation
+};
+
+static const double other_factor[2] = {0.5, 2};
+
+OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site) {
+    return (OmModulusDef){.cookie = MODULUS_COOKIE, .scene = scene, .site = site};
+}
+
+static OmStatus set_others(OmModulus* m) {
+    for (int k = 0; k < 2; ++k)
+        OM_TRY(om_body_set_young(m->other[k], m->def.scene, m->factor * other_factor[k]));
+    return OM_OK;
+}
+
+OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
+    *out = NULL;
+    OM_CHECK(def->cookie == MODULUS_COOKIE, OM_INVALID, "OmModulusDef was not made by default_def");
+    OM_CHECK(def->scene && def->site, OM_INVALID, "OmModulusDef.scene or site is null");
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
+    const bool is_fit =
+        om_engine_capabilities(engine) & OM_ENGINE_FORCES && om_engine_uses(engine, "young");
+    OM_CHECK(is_fit, OM_INVALID,
+             "%s: update: modulus: the twin's engine \"%s\" has no forces in newtons or no Young's "
+             "modulus; choose fem, or learn no modulus",
+             om_scene_label(def->scene), engine->name);
+    OmStatus status = OM_OK;
+    OmModulus* m = om_calloc(1, sizeof *m);
+    if (!m) return OM_NO_MEMORY;
+    m->def = *def;
+    for (int k = 0; k < 2; ++k) OM_TRY_DONE(om_body_create(def->scene, def->site, 1, &m->other[k]));
+    m->start = om_alloc(1, om_body_state_size(m->other[0]));
+    if (!m->start) status = OM_NO_MEMORY;
+    if (status < 0) goto done;
+    OM_ALLOC_DONE(m->tick, MAX_TICK);
+    for (int k = 0; k < 2; ++k) OM_ALLOC_DONE(m->load[k], MAX_TICK);
+    *out = m;
+    m = NULL;
+done:
+    om_modulus_destroy(m);
+    return status;
+}
+
+void om_modulus_destroy(OmModulus* m) {
+    if (!m) return;
+    for (int k = 0; k < 2; ++k) {
+        om_body_destroy(m->other[k]);
+        om_free(m->load[k]);
+    }
+    om_free(m->start);
+    om_free(m->tick);
+    om_free(m);
+}
+
+OmStatus om__modulus_begin(OmModulus* m) {
+    m->arm = -1;
+    m->is_spent = false;
+    m->n = m->begin = m->nstep = 0;
+    m->last = NAN;
+    m->factor = m->target = 1;
+    return set_others(m);
+}
+
+// ---- the record ---------------------------------------------------------------------------------------------------
+
+// The arm that alone holds tissue; -1: none, or both.
+static int only_arm(const OmBody* twin) {
+    const bool first = om_body_is_holding(twin, 0), second = om_body_is_holding(twin, 1);
+    return first == second ? -1 : second;
+}
+
+static OmStatus take_step(OmLoop* loop) {
+    OmModulus* m = loop->modulus;
+    if (m->nstep == 0 || loop->time < m->step_due) return OM_OK;
+    m->factor *= pow(m->target / m->factor, 1.0 / m->nstep);
+    if (--m->nstep == 0) m->factor = m->target;
+    m->step_due += STEP_TIME;
+    OM_TRY(om_body_set_young(loop->twin, m->def.scene, m->factor));
+    if (m->nstep > 0) return OM_OK;
+    om__force_reset(loop);
+    loop->result.force_factor = 1;
+    if (loop->ahead) OM_TRY(om__ahead_set_young(loop->ahead, m->factor));
+    return set_others(m);
+}
+
+OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin) {
+    OmModulus* m = loop->modulus;
+    if (!m) return OM_OK;
+    OM_TRY(take_step(loop));
+    const int arm = only_arm(loop->twin);
+    if (!om_body_is_holding(loop->twin, 0) && !om_body_is_holding(loop->twin, 1)) {
+        m->is_spent = false;
+        m->arm = -1;
+        return OM_OK;
+    }
+    const bool is_adopting = loop->adoption && om_match_adoption_is_active(loop->adoption);
+    if (arm < 0 || is_adopting || m->nstep > 0 || (m->arm >= 0 && arm != m->arm))
+        m->is_spent = true;
+    if (m->is_spent || !obs->arm[arm].has_wrench) return OM_OK;
+    if (om__cloud_draw_time(loop, arm) > 0) return OM_OK;
+    if (m->arm < 0) {
+        m->arm = arm;
+        m->n = m->begin = 0;
+        m->last = NAN;
+        om_body_save(loop->twin, m->start);
+        return OM_OK;
+    }
+    if (m->n == MAX_TICK) {
+        m->is_spent = true;
+        return OM_OK;
+    }
+    OmPose tip = om__twin_pose(loop, arm, obs->arm[arm].tip);
+    m->tick[m->n++] = (Tick){tip, om_scale(-1, obs->arm[arm].force), twin->grasp[arm]};
+    return OM_OK;
+}
+
+void om__modulus_drop(OmLoop* loop) {
+    if (loop->modulus) loop->modulus->is_spent = true;
+}
+
+// ---- estimates ----------------------------------------------------------------------------------------------------
+
+static OmStatus repeat(OmModulus* m, double dt) {
+    for (int k = 0; k < 2; ++k) {
+        OmBodyReport report;
+        OmBodyForces forces;
+        om_body_restore(m->other[k], m->start);
+        for (int i = 0; i < m->n; ++i) {
+            OM_TRY(om_body_move(m->other[k], m->arm, m->tick[i].tip));
+            OmStatus status = om_body_step(m->other[k], dt, &report);
+            if (status < 0) return status;
+            OM_TRY(om_body_get_forces(m->other[k], &forces));
+            m->load[k][i] = forces.grasp[m->arm];
+        }
+    }
+    return OM_OK;
+}
+
+// Mean square of measured less computed load over the stretch, N^2.
+static double misfit(const OmModulus* m, double u) {
+    double sum = 0;
+    for (int i = m->begin; i < m->n; ++i) {
+        const OmVec3 at = m->tick[i].twin, low = m->load[0][i], high = m->load[1][i];
+        OmVec3 g = om_madd(at, 0.5 * u, om_sub(high, low));
+        const OmVec3 bend = om_sub(om_add(high, low), om_scale(2, at));
+        g = om_madd(g, 0.5 * u * u, bend);
+        sum += om_norm2(om_sub(m->tick[i].measured, g));
+    }
+    return sum / (m->n - m->begin);
+}
+
+// Of the sensor, N^2: from differences of neighbouring ticks, between which a load changes little.
+static double noise_of(const OmModulus* m) {
+    double sum = 0;
+    for (int i = m->begin + 1; i < m->n; ++i)
+        sum += 0.5 * om_norm2(om_sub(m->tick[i].measured, m->tick[i - 1].measured));
+    return sum / (m->n - m->begin - 1);
+}
+
+static double load_of(const OmModulus* m) {
+    double sum = 0;
+    for (int i = m->begin; i < m->n; ++i) sum += om_norm2(m->tick[i].twin);
+    return sqrt(sum / (m->n - m->begin));
+}
+
+// u of the stretch; NAN: refused.
+static double estimate(const OmModulus* m) {
+    const double noise = noise_of(m), before = sqrt(fmax(0, misfit(m, 0) - noise));
+    if (before < MIN_FORCE || before < MIN_SHARE * load_of(m)) return NAN;
+    double best = 0, least = INFINITY;
+    for (double u = -RANGE; u <= RANGE + 1e-9; u += 0.02) {
+        const double e = misfit(m, u);
+        if (e < least) least = e, best = u;
+    }
+    const double left = sqrt(fmax(0, least - noise));
+    om_log(OM_LOG_INFO, "modulus: loads disagree by %.3f N; by a factor of %.2f: %.3f N", before,
+           exp2(best), left);
+    return left > MAX_LEFT * before || fabs(best) > RANGE - 0.03 ? (double)NAN : best;
+}
+
+static void adopt(OmLoop* loop, double u) {
+    OmModulus* m = loop->modulus;
+    m->target = fmax(1 / MAX_FACTOR, fmin(MAX_FACTOR, m->factor * exp2(u)));
+    m->nstep = NSTEP;
+    m->step_due = loop->time;
+    m->is_spent = true;
+    ++loop->result.nmodulus;
+    loop->result.young_factor = m->target;
+    om__loop_forget_exposure(loop);
+}
+
+OmStatus om__modulus_learn(OmLoop* loop) {
+    OmModulus* m = loop->modulus;
+    if (!m || m->arm < 0 || m->is_spent || m->n - m->begin < MIN_TICK) return OM_OK;
+    const double way = om_distance(m->tick[m->n - 1].tip.p, m->tick[m->begin].tip.p);
+    if (way < MIN_WAY) return OM_OK;
+    OmStatus status = repeat(m, loop->task.time_step);
+    if (status < 0) return status;
+    loop->has_lag_origin = false;  // the arms stood still meanwhile
+    const double u = loop->warning > 0 ? (double)NAN : estimate(m), last = m->last;
+    m->last = u;
+    m->begin = m->n;
+    if (fabs(u - last) < SAME) adopt(loop, 0.5 * (u + last));
+    return OM_OK;
+}
