@@ -461,6 +461,7 @@ class OmUpdateStage(IntEnum):
     ADOPTED = 2
     REFUSED = 3
     CANCELLED = 4
+    DOUBTED = 5
 
 
 class OmActionOutcome(IntEnum):
@@ -4232,9 +4233,10 @@ class OmUpdateEvent(Struct):
     double time;                       // s of the operation
     const OmAcquisition* acquisition;  // taken; otherwise null
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    const OmMatchEstimate* estimate;  // adopted, or refused with a result; otherwise null
-    const char* reason;               // of a refusal; otherwise ""
-    // attachments of the twin before an adoption; otherwise null  (nvert)
+    // adopted, or refused with a result; of doubt the number of vertices and `attached`; otherwise null
+    const OmMatchEstimate* estimate;
+    const char* reason;  // of a refusal; otherwise ""
+    // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;"""
     stage: Choice[OmUpdateStage]

@@ -1,11 +1,11 @@
 // defras_wrist.c: the wrist turns where a joint forbids the tool's usual orientation (ours; the thesis keeps it
 // constant).
 //
-// A motion keeps the orientation of the tool if all joints stay within their limits on the whole way. Otherwise two
-// turns about the tip are tried: the smallest one that brings the joints at the goal within their limits, and the
-// smallest one at the first point of the way that is out of reach (om_psm_inverse_turned). The first whose whole way
-// is in reach is taken; orientation and position change in proportion, as the world moves. If there is none, the motion
-// is commanded as it would be without turns: the world refuses it, or stops where a joint ends it.
+// A motion keeps the orientation of the tool if all joints stay within their limits on the whole way. Otherwise the
+// tool turns about its tip, by the smallest multiple of 5 degrees whose whole way is in reach: first the turn that the
+// goal needs is tried (om_psm_inverse_turned), then all turns. Orientation and position change in proportion, as the
+// world moves. If there is no such turn, the motion is commanded as it would be without turns: the world refuses it, or
+// stops where a joint ends it.
 //
 // A free tool turns back with its next motion, as soon as joints allow it. While tissue is held the turn stays, and
 // held tissue turns with the tool: in the world by the tool's pose, in the twin by om__twin_pose. The twin's grasp by a
@@ -17,6 +17,7 @@
 #define WAY_STEP 1e-3                    // m, between the points of a way that are looked at
 #define WAY_TURN (OM_PI / 180.0)         // rad, the same
 #define SAME_TURN (0.5 * OM_PI / 180.0)  // rad: a measured orientation nearer than this is back
+#define TURN_STEP (5 * OM_PI / 180.0)    // rad, of the search
 #define WIDE_LIMIT (4 * OM_PI)           // rad, or m: no joint passes it
 
 static double angle_between(OmQuat a, OmQuat b) {
@@ -88,6 +89,28 @@ static void explain(const OmPsm* psm, OmPose pose, const double near[OM_PSM_NJOI
              om_psm_joint_name(joint));
 }
 
+// The smallest turn whose whole way is in reach, about the axes of om_psm_inverse_turned: to the faces, edges and
+// corners of a cube. Of turns of the same size the one that changes the angles of the joints least.
+static bool search(const Way* w, OmQuat straight, double max_turn, OmQuat* turned) {
+    const int nturn = (int)floor(max_turn / TURN_STEP + 1e-9);
+    double best = INFINITY, joint[OM_PSM_NJOINT];
+    for (int k = 1; k <= nturn && isinf(best); ++k) {
+        for (int a = 0; a < 27; ++a) {
+            const OmVec3 axis = om_vec3(a % 3 - 1, a / 3 % 3 - 1, a / 9 - 1);
+            if (om_norm2(axis) == 0) continue;
+            const OmQuat q =
+                om_quat_mul(straight, om_quat_axis_angle(om_normalize(axis), k * TURN_STEP));
+            OmPose blocked;
+            double change = 0;
+            if (!is_in_reach(w, q, &blocked, joint)) continue;
+            for (int i = 0; i < OM_PSM_NJOINT; ++i)
+                change += i == 2 ? 0 : (joint[i] - w->joint[i]) * (joint[i] - w->joint[i]);
+            if (change < best) best = change, *turned = q;
+        }
+    }
+    return isfinite(best);
+}
+
 // ---- the choice -----------------------------------------------------------------------------------------------
 
 static void take(OmLoop* loop, const Way* w, OmQuat q) {
@@ -131,13 +154,11 @@ void om__wrist_choose(OmLoop* loop) {
         return;
     }
     if (is_in_reach(&way, arm->q, &blocked, near) || !m->may_turn) return;
-    const OmPose place[2] = {{way.goal, straight}, {blocked.p, straight}};
-    for (int k = 0; k < 2; ++k) {
-        OmQuat turned;
-        double last[OM_PSM_NJOINT];
-        if (!om__wrist_reach(psm, place[k], loop->task.wrist_turn, near, q, &turned)) continue;
-        if (!is_in_reach(&way, turned, &other, last)) continue;
+    OmQuat turned;
+    double last[OM_PSM_NJOINT];
+    const OmPose goal = {way.goal, straight};
+    const bool is_turned = om__wrist_reach(psm, goal, loop->task.wrist_turn, near, q, &turned) &&
+                           is_in_reach(&way, turned, &other, last);
+    if (is_turned || search(&way, straight, loop->task.wrist_turn, &turned))
         take_turn(loop, &way, straight, turned, &blocked, near);
-        return;
-    }
 }

@@ -3,12 +3,14 @@
 #include <string.h>
 
 #include "loop_rig.h"
+#include "test_alloc.h"
 
 typedef struct Truth {
     double young;   // of the truth, over the twin's
     double noise;   // N, of the sensors; below 0: none
     bool is_wrong;  // the twin does not know of the attachment
     bool learns;
+    int naction;  // at most; 0: 12
 } Truth;
 
 // World and twin have the same mesh: the modulus is their only difference, and the attachments where they are wrong.
@@ -17,7 +19,7 @@ static void rig_create_same(Rig* g, const Truth* t) {
     OmScene scene = object_scene();
     scene.attach.lo.x = -0.021;
     scene.task.speed = 0.02;
-    scene.task.max_actions = 12;
+    scene.task.max_actions = t->naction > 0 ? t->naction : 12;
     scene.world.force_noise = t->noise;
     truth = scene;
     if (t->is_wrong) scene.believed.kind = OM_BELIEF_NONE;
@@ -81,6 +83,18 @@ static void test_nothing_is_learnt_without_need(void** state) {
     }
 }
 
+// One pull is not enough: a second stretch of motion must agree.
+static void test_one_stretch_is_not_enough(void** state) {
+    (void)state;
+    OmRetractResult one = run(&(Truth){.young = 2.5, .noise = 0.02, .learns = true, .naction = 3});
+    OmRetractResult two = run(&(Truth){.young = 2.5, .noise = 0.02, .learns = true, .naction = 4});
+    assert_int_equal(one.action[2].verb, OM_PLAN_PULL);
+    assert_int_equal(one.nmodulus, 0);
+    assert_int_equal(two.nmodulus, 1);
+    om_retract_result_done(&one);
+    om_retract_result_done(&two);
+}
+
 // What an attachment does that the twin does not know of is not explained by a modulus, whatever the true one is.
 static void test_an_attachment_is_no_modulus(void** state) {
     (void)state;
@@ -142,13 +156,66 @@ static void test_a_body_takes_a_modulus(void** state) {
     om_site_done(&other);
 }
 
+typedef struct Parts {
+    OmScene scene;
+    OmSite site;
+    OmBody* body;
+} Parts;
+
+static OmStatus create_and_set(void* ctx) {
+    Parts* p = ctx;
+    const uint64_t before = om_body_hash(p->body);
+    const OmModulusDef def = om_modulus_default_def(&p->scene, &p->site);
+    OmModulus* modulus;
+    OmStatus status = om_modulus_create(&def, &modulus);
+    if (status < 0) assert_null(modulus);
+    om_modulus_destroy(modulus);
+    if (status >= 0) status = om_body_set_young(p->body, &p->scene, 0.5);
+    assert_true(om_body_hash(p->body) == before);
+    return status;
+}
+
+static void test_no_memory(void** state) {
+    (void)state;
+    Parts p = {.scene = object_scene()};
+    p.scene.tissue.cells = om_vec3(3, 3, 1);
+    assert_ok(om_site_build(&p.scene, OM_SITE_TWIN, NULL, &p.site));
+    assert_ok(om_body_create(&p.scene, &p.site, 1, &p.body));
+    const int nfail = test_failing_allocations(create_and_set, &p, 1);
+    printf("%d allocations failed\n", nfail);
+    assert_true(nfail > 20);
+    om_body_destroy(p.body);
+    om_site_done(&p.site);
+}
+
+// A definition that was not made by default_def, and an engine without a modulus.
+static void test_refusals(void** state) {
+    (void)state;
+    OmScene scene = object_scene();
+    OmSite site;
+    OmModulus* modulus;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_status(om_modulus_create(&(OmModulusDef){.scene = &scene, .site = &site}, &modulus),
+                  OM_INVALID);
+    OmModulusDef def = om_modulus_default_def(&scene, NULL);
+    assert_status(om_modulus_create(&def, &modulus), OM_INVALID);
+    snprintf(scene.tissue.engine, sizeof scene.tissue.engine, "pbd");
+    def = om_modulus_default_def(&scene, &site);
+    assert_status(om_modulus_create(&def, &modulus), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "\"pbd\""));
+    om_site_done(&site);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_body_takes_a_modulus),
         cmocka_unit_test(test_the_modulus_is_found),
         cmocka_unit_test(test_nothing_is_learnt_without_need),
+        cmocka_unit_test(test_one_stretch_is_not_enough),
         cmocka_unit_test(test_an_attachment_is_no_modulus),
         cmocka_unit_test(test_without_sensors),
+        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // test_defras_wrist.c: the wrist turns where a joint forbids the tool's usual orientation.
 //
 // PSM1 gets an instrument whose wrist yaws less, as its file may say: the world's arm and the loop read the same limit.
-// With 25 degrees the point that the scene needs is out of reach; with 36 degrees from the grasp on only its pulls are.
+// With 25 degrees the point that the scene needs is out of reach; with 32 degrees from the grasp on only its pulls are.
 // The motion of a turned tool is compared with the forward kinematics of the joints that the world reports.
 #include <math.h>
 #include <string.h>
@@ -28,6 +28,7 @@ static double angle_between(OmQuat a, OmQuat b) {
 // The tissue that PSM1 holds in a body, and the tool's pose, when it was first seen held.
 typedef struct Held {
     int n, vert[MAX_HELD];
+    int most;  // vertices
     OmVec3 x[MAX_HELD];
     OmPose tool;
     double worst;  // m, from where a rigid motion with the tool brings it
@@ -48,6 +49,7 @@ static void watch(Held* h, OmBody* body, OmPose tool) {
             h->x[h->n] = om_load3(om_body_x(body), v);
             h->vert[h->n++] = v;
         }
+        h->most = h->n > h->most ? h->n : h->most;
     }
     const OmPose motion = om_pose_mul(tool, om_pose_inverse(h->tool));
     h->turn = fmax(h->turn, angle_between(tool.q, h->tool.q));
@@ -159,9 +161,11 @@ static void test_a_pull(void** state) {
     (void)state;
     Rig g;
     Run keeps, turns;
-    rig_create(&g, object_scene());
-    run(&g, 36 * DEG, true, 0, &keeps);
-    run(&g, 36 * DEG, true, 45 * DEG, &turns);
+    OmScene scene = object_scene();
+    scene.task.grasp_radius = 0.025;  // vertices beside the tip, which a turn moves
+    rig_create(&g, scene);
+    run(&g, 32 * DEG, true, 0, &keeps);
+    run(&g, 32 * DEG, true, 45 * DEG, &turns);
     print_run("without turns", &keeps);
     print_run("with turns", &turns);
     int nlost = 0;
@@ -169,8 +173,11 @@ static void test_a_pull(void** state) {
         nlost += keeps.result.action[i].verb == OM_PLAN_PULL &&
                  keeps.result.action[i].outcome == OM_ACTION_UNREACHED;
     assert_true(nlost > 0);
-    assert_true(turns.result.is_exposed && turns.result.naction < keeps.result.naction);
+    assert_true(turns.result.is_exposed);
+    for (int i = 0; i < turns.result.naction; ++i)
+        assert_int_not_equal(turns.result.action[i].outcome, OM_ACTION_UNREACHED);
     expect_turned(&turns);
+    assert_true(turns.twin.most > 1 && turns.truth.most > 1);
     assert_true(turns.truth.turn > 4.9 * DEG && turns.twin.turn > 4.9 * DEG);
     om_retract_result_done(&keeps.result);
     om_retract_result_done(&turns.result);
@@ -192,6 +199,46 @@ static void test_the_way_back(void** state) {
     rig_destroy(&g);
 }
 
+// Both ends of a way are in reach, its middle is not: the wrist pitches most where the shaft is nearest. The wrist then
+// turns for the whole way.
+static void test_the_middle_of_a_way(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, object_scene());
+    rig_start(&g);
+    OmLoop* loop = make_loop(&g, NULL);
+    assert_ok(om_loop_tick(loop));
+    OmPsm* psm = (OmPsm*)om_world_psm(g.world, 0);
+    ArmState* arm = &loop->arm[0];
+    const OmPose from = {om_pose_apply(loop->grid.task, om_vec3(-0.02, -0.03, 0.03)), arm->q};
+    const OmPose to = {om_pose_apply(loop->grid.task, om_vec3(0.08, -0.03, 0.03)), arm->q};
+    const OmPose middle = {om_lerp(from.p, to.p, 0.5), arm->q};
+    double q[3][OM_PSM_NJOINT];
+    assert_ok(om_psm_inverse(psm, from, arm->joint, q[0]));
+    assert_ok(om_psm_inverse(psm, middle, q[0], q[1]));
+    assert_ok(om_psm_inverse(psm, to, q[0], q[2]));
+    const double ends = fmax(q[0][4], q[2][4]);
+    printf("wrist pitch %.2f, %.2f and %.2f degrees\n", q[0][4] / DEG, q[1][4] / DEG,
+           q[2][4] / DEG);
+    assert_true(q[1][4] > ends + 0.2 * DEG);
+    memcpy(arm->joint, q[0], sizeof arm->joint);
+    const Motion motion = {.arm = 0, .goal = om_vec3(0.08, -0.03, 0.03), .may_turn = true};
+    loop->motion = motion;
+    om__wrist_choose(loop);
+    assert_near(loop->motion.turn, 0, 0);
+    psm->q_max[4] = 0.5 * (ends + q[1][4]);
+    loop->motion = motion;
+    om__wrist_choose(loop);
+    printf("turned by %.1f degrees\n", loop->motion.turn / DEG);
+    assert_true(loop->motion.turn > 4.9 * DEG);
+    for (int k = 0; k <= 500; ++k) {
+        const OmPose at = om_pose_lerp(from, (OmPose){to.p, loop->motion.q}, k / 500.0);
+        assert_ok(om_psm_inverse(psm, at, q[0], q[1]));
+    }
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // Where no joint forbids anything, nothing changes.
 static void test_without_need(void** state) {
     (void)state;
@@ -209,9 +256,8 @@ static void test_without_need(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_grasp),
-        cmocka_unit_test(test_a_pull),
-        cmocka_unit_test(test_the_way_back),
+        cmocka_unit_test(test_a_grasp),      cmocka_unit_test(test_a_pull),
+        cmocka_unit_test(test_the_way_back), cmocka_unit_test(test_the_middle_of_a_way),
         cmocka_unit_test(test_without_need),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
