@@ -50,7 +50,7 @@ typedef struct OmRlTaskOps {
     void (*observe)(const OmRlTask* task, const void* state, float* obs);
     /// Write ninfo values. May be slow (a picture): called at the end of an episode and on request. Optional.
     OmStatus (*info)(const OmRlTask* task, void* state, double* value);
-    /// Draw the scene into an empty picture, RGB. Optional.
+    /// Draw the scene into an empty picture, RGB. Its width and height, if they are set, are the wanted size. Optional.
     OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
     /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
     void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);
@@ -157,7 +157,7 @@ OM_API OmStatus om_rl_vec_step(OmRlVec* vec, const int* action, const OmRlStep* 
 /// The infos of an environment now (ninfo values).
 /// @return OM_OK; OM_INVALID (no such environment, or no infos); an error of the task
 OM_API OmStatus om_rl_vec_info(OmRlVec* vec, int env, double* value);
-/// Draw an environment into an empty picture.
+/// Draw an environment into an empty picture, of its width and height if both are set.
 /// @return OM_OK; OM_INVALID (no such environment); OM_UNAVAILABLE (the task has no picture); an error of the task
 OM_API OmStatus om_rl_vec_render(OmRlVec* vec, int env, OmPicture* picture);
 /// The action of the task's expert in an environment (naction values).

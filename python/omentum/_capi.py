@@ -5421,7 +5421,7 @@ class OmRlTaskOps(Struct):
     void (*observe)(const OmRlTask* task, const void* state, float* obs);
     /// Write ninfo values. May be slow (a picture): called at the end of an episode and on request. Optional.
     OmStatus (*info)(const OmRlTask* task, void* state, double* value);
-    /// Draw the scene into an empty picture, RGB. Optional.
+    /// Draw the scene into an empty picture, RGB. Its width and height, if they are set, are the wanted size. Optional.
     OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
     /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
     void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);

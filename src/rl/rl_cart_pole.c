@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "rl/rl_internal.h"
+#include "rl/rl_sketch.h"
 
 #define GRAVITY 9.8
 #define CART 1.0
@@ -82,6 +83,23 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
     if (om_rng_uniform(rng) < 0.1) action[0] = (int)om_rng_below(rng, 2);
 }
 
+// From the side: x to the right, the track of 2 x 2.4 m in the whole width.
+static OmStatus render(const OmRlTask* task, void* state, OmPicture* picture) {
+    (void)task;
+    const State* s = state;
+    OmRlSketch p;
+    OM_TRY(om__rl_sketch_begin(om_vec3(0, -12, 1.2), om_vec3(0, 0, 0.5), 26, &p));
+    OmPose cart = {om_vec3(s->x, 0, 0), om_quat_identity()};
+    OmPose pole = {cart.p, om_quat_axis_angle(om_vec3(0, 1, 0), s->angle)};
+    om__rl_sketch_box(&p, cart, om_vec3(-0.25, -0.15, -0.1), om_vec3(0.25, 0.15, 0.1),
+                      OM_PART_TISSUE);
+    om__rl_sketch_box(&p, pole, om_vec3(-0.04, -0.2, 0), om_vec3(0.04, -0.15, 2 * HALF_LENGTH),
+                      OM_PART_ROI);
+    om__rl_sketch_box(&p, om_pose_identity(), om_vec3(-MAX_POSITION, -0.3, -0.16),
+                      om_vec3(MAX_POSITION, 0.3, -0.12), OM_PART_BOARD);
+    return om__rl_sketch_end(&p, picture);
+}
+
 static size_t state_size(const OmRlTask* task) {
     (void)task;
     return sizeof(State);
@@ -93,6 +111,7 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .reset = reset,
                                 .step = step,
                                 .observe = observe,
+                                .render = render,
                                 .expert = expert,
                                 .state_size = state_size};
 

@@ -11,6 +11,7 @@
 #include "omentum/pbd.h"
 #include "omentum/tissue.h"
 #include "rl/rl_internal.h"
+#include "rl/rl_sketch.h"
 
 #define HALF 0.060      // m, of the block
 #define HEIGHT 0.030    // m
@@ -187,6 +188,23 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
     return OM_OK;
 }
 
+// The window from -x and above: the block, of which the lesion cannot be seen, and the ball on its arm.
+static OmStatus render(const OmRlTask* task, void* state, OmPicture* picture) {
+    const OmRlPress* t = press_of(task);
+    const State* s = state;
+    OmVec3 top = om_vec3(-s->now.lesion[0], -s->now.lesion[1], HEIGHT), ball = ball_pose(&s->now).p;
+    OmRlSketch p;
+    OM_TRY(om__rl_sketch_begin(om_add(top, om_vec3(-0.11, 0, 0.09)), top, 34, &p));
+    om__rl_sketch_mesh(&p, om_tissue_mesh(t->tissue), om_tissue_x(s->tissue), OM_PART_TISSUE);
+    for (int k = 0; k < 4; ++k) {  // the corners of the window
+        OmVec3 corner = om_vec3(k & 1 ? WINDOW : -WINDOW, k & 2 ? WINDOW : -WINDOW, 0);
+        om__rl_sketch_ball(&p, om_add(top, corner), 0.001, OM_PART_HELD);
+    }
+    om__rl_sketch_ball(&p, ball, BALL, OM_PART_TOOL);
+    om__rl_sketch_rod(&p, ball, ball.z + 0.06, 0.002, OM_PART_SHAFT);
+    return om__rl_sketch_end(&p, picture);
+}
+
 // ---- the expert -------------------------------------------------------------------------------------
 
 // The next place in rows to and fro that was not pressed; -1: none.
@@ -256,6 +274,7 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .step = step,
                                 .observe = observe,
                                 .info = info,
+                                .render = render,
                                 .expert = expert,
                                 .state_size = state_size,
                                 .save = save,

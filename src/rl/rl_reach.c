@@ -8,6 +8,7 @@
 
 #include "omentum/vec.h"
 #include "rl/rl_internal.h"
+#include "rl/rl_sketch.h"
 
 typedef struct Reach {
     OmRlTask head;
@@ -87,6 +88,21 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
     return OM_OK;
 }
 
+// The box as one of 1 m, seen from -x; rods stand below tip and goal.
+static OmStatus render(const OmRlTask* task, void* state, OmPicture* picture) {
+    (void)task;
+    const State* s = state;
+    OmRlSketch p;
+    OM_TRY(om__rl_sketch_begin(om_vec3(-1.6, 0.5, 1.7), om_vec3(0.5, 0.5, 0.4), 40, &p));
+    om__rl_sketch_box(&p, om_pose_identity(), om_vec3(0, 0, -0.06), om_vec3(1, 1, -0.04),
+                      OM_PART_BOARD);
+    om__rl_sketch_ball(&p, s->p, 0.03, OM_PART_TOOL);
+    om__rl_sketch_rod(&p, s->p, -0.04, 0.006, OM_PART_TOOL);
+    om__rl_sketch_ball(&p, s->goal, 0.03, OM_PART_ROI);
+    om__rl_sketch_rod(&p, s->goal, -0.04, 0.006, OM_PART_ROI);
+    return om__rl_sketch_end(&p, picture);
+}
+
 // Straight along each axis; a fifth of the components is random.
 static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* action) {
     const Reach* r = (const Reach*)task;
@@ -110,6 +126,7 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .step = step,
                                 .observe = observe,
                                 .info = info,
+                                .render = render,
                                 .expert = expert,
                                 .state_size = state_size};
 

@@ -335,7 +335,7 @@ static void add_noise(const OmRlRetract* t, OmRlRetractState* s, OmPicture* pict
     }
 }
 
-// Into a picture of the definition's size.
+// Into a picture of any size.
 static OmStatus draw(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture) {
     OM_TRY(update_scene(t, s));
     OmCamera camera = om_camera_resize(&t->def.endoscope, picture->width, picture->height);
@@ -348,7 +348,9 @@ static OmStatus draw(const OmRlRetract* t, OmRlRetractState* s, OmPicture* pictu
 
 OmStatus om__rl_render(const OmRlRetract* t, OmRlRetractState* s, OmPicture* picture) {
     OmPicture made = {0};
-    OM_TRY(om_picture_init(&made, t->def.picture_width, t->def.picture_height, 3));
+    bool is_sized = picture->width > 0 && picture->height > 0;
+    OM_TRY(om_picture_init(&made, is_sized ? picture->width : t->def.picture_width,
+                           is_sized ? picture->height : t->def.picture_height, 3));
     OmStatus status = draw(t, s, &made);
     if (status == OM_OK)
         *picture = made;

@@ -1,5 +1,6 @@
 // test_rl_vec.c: tasks, and environments side by side.
 #include "omentum/rl.h"
+#include "omentum/sense.h"
 #include "test_alloc.h"
 
 enum { NENV = 5, NSTEP = 700 };
@@ -340,9 +341,83 @@ static void test_refused(void** state) {
     action[4] = 3;
     assert_status(om_rl_vec_step(vec, action, &(OmRlStep){obs}), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "environment 1: action[1] is 3"));
-    OmPicture picture = {0};
-    assert_status(om_rl_vec_render(vec, 0, &picture), OM_UNAVAILABLE);
     om_rl_vec_destroy(vec);
+    OmRlTaskOps ops = *task->ops;
+    OmRlTask blind = *task;
+    OmPicture picture = {0};
+    ops.render = NULL;
+    blind.ops = &ops;
+    vec = vec_of(&blind, 1, 1);
+    assert_status(om_rl_vec_render(vec, 0, &picture), OM_UNAVAILABLE);
+    assert_null(picture.pixel);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+// Pixels of a part, and their mean place in the picture.
+static int find_part(const OmPicture* p, OmSensePart part, double* u, double* v) {
+    int n = 0;
+    *u = *v = 0;
+    for (int j = 0; j < p->height; ++j)
+        for (int i = 0; i < p->width; ++i) {
+            if (om_sense_part_of(p->pixel + 3 * ((size_t)j * (size_t)p->width + (size_t)i)) != part)
+                continue;
+            ++n, *u += i, *v += j;
+        }
+    if (n > 0) *u /= n, *v /= n;
+    return n;
+}
+
+// The tip of "reach" moves in the picture as its keys say: a to the left, e up; w makes it smaller. The pole of
+// "cart-pole" leans to the side of its angle.
+static void test_pictures(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("reach");
+    OmRlVec* vec = vec_of(task, 1, 1);
+    float obs[NENV * 7];
+    double u[2], v[2];
+    const int move[3][3] = {{2, 1, 1}, {1, 2, 1}, {1, 1, 2}};  // away, left, up
+    assert_ok(om_rl_vec_reset(vec, obs));
+    for (int k = 0; k < 3; ++k) {
+        int n[2], action[3 * NENV] = {OM_RL_WAIT, 0, 0, OM_RL_WAIT, 0, 0, OM_RL_WAIT, 0, 0,
+                                      OM_RL_WAIT, 0, 0, OM_RL_WAIT};
+        OmPicture p = {.width = 200, .height = 160};
+        assert_ok(om_rl_vec_reset_one(vec, 0, 0, obs));  // in the corner
+        assert_ok(om_rl_vec_render(vec, 0, &p));
+        assert_true(p.width == 200 && p.height == 160);
+        n[0] = find_part(&p, OM_PART_TOOL, &u[0], &v[0]);
+        om_picture_done(&p);
+        memcpy(action, move[k], sizeof move[k]);
+        for (int t = 0; t < 8; ++t) assert_ok(om_rl_vec_step(vec, action, &(OmRlStep){obs}));
+        p = (OmPicture){0};
+        assert_ok(om_rl_vec_render(vec, 0, &p));
+        assert_true(p.width == 84 && p.height == 84);
+        om_picture_done(&p);
+        p = (OmPicture){.width = 200, .height = 160};
+        assert_ok(om_rl_vec_render(vec, 0, &p));
+        n[1] = find_part(&p, OM_PART_TOOL, &u[1], &v[1]);
+        om_picture_done(&p);
+        assert_true(n[0] > 20 && n[1] > 20);
+        if (k == 0) assert_true(n[1] < n[0] && v[1] < v[0]);
+        if (k == 1) assert_true(u[1] < u[0] - 10 && fabs(v[1] - v[0]) < 3);
+        if (k == 2) assert_true(v[1] < v[0] - 10);
+    }
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+    task = task_of("cart-pole");
+    void* s;
+    assert_ok(task->ops->state_create(task, &s));
+    for (int k = 0; k < 2; ++k) {
+        OmPicture p = {.width = 300, .height = 300};
+        memcpy(s, (double[4]){1, 0, k == 0 ? 0.2 : -0.2, 0}, 4 * sizeof(double));
+        assert_ok(task->ops->render(task, s, &p));
+        assert_true(find_part(&p, OM_PART_ROI, &u[0], &v[0]) > 20);
+        assert_true(find_part(&p, OM_PART_TISSUE, &u[1], &v[1]) > 20);
+        assert_true(u[1] > 160 && v[0] < v[1]);  // right of the middle; the pole is above the cart
+        assert_true(k == 0 ? u[0] > u[1] + 3 : u[0] < u[1] - 3);
+        om_picture_done(&p);
+    }
+    task->ops->state_destroy(task, s);
     om_rl_task_destroy(task);
 }
 
@@ -378,6 +453,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_workers_and_resume),
         cmocka_unit_test(test_episodes),
+        cmocka_unit_test(test_pictures),
         cmocka_unit_test(test_truncation),
         cmocka_unit_test(test_without_autoreset),
         cmocka_unit_test(test_cart_pole_numbers),
