@@ -55,6 +55,7 @@
 #include "omentum/report.h"
 #include "omentum/rl.h"
 #include "omentum/rl_demo.h"
+#include "omentum/rl_drive.h"
 #include "omentum/rl_policy.h"
 #include "omentum/rl_retract.h"
 #include "omentum/rl_train.h"

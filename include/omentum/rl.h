@@ -33,6 +33,21 @@ extern "C" {
 
 typedef struct OmRlTask OmRlTask;
 
+enum {
+    OM_RL_KEY_UP = 256,
+    OM_RL_KEY_DOWN,
+    OM_RL_KEY_LEFT,
+    OM_RL_KEY_RIGHT,
+    OM_RL_KEY_PAGE_UP,
+    OM_RL_KEY_PAGE_DOWN
+};
+/// A key of a person who drives a task.
+typedef struct OmRlKey {
+    int key;                // a character, or OM_RL_KEY_UP and the following ones
+    int component, choice;  // of the action
+    const char* about;      // what it does
+} OmRlKey;
+
 /// Functions of one kind of task. Calls on different states of one task run at the same time on several threads.
 /// Functions marked optional may be null.
 typedef struct OmRlTaskOps {
@@ -54,6 +69,14 @@ typedef struct OmRlTaskOps {
     OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
     /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
     void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);
+    /// Where the tip of a tool is, m. Optional; a task has all of tip, place and steer, or none.
+    void (*tip)(const OmRlTask* task, const void* state, double tip[3]);
+    /// Right after a reset: put the tip at a place. It stays off obstacles.
+    /// @return OM_OK; OM_INVALID (outside of the workspace, or out of reach: nothing was changed)
+    OmStatus (*place)(const OmRlTask* task, void* state, const double tip[3]);
+    /// The action that brings the tip nearest to a place; is_closed: the wish of a gripper, if there is one.
+    void (*steer)(const OmRlTask* task, const void* state, const double to[3], bool is_closed,
+                  int* action);
     /// Bytes of a state: after restore every later step gives the bytes of the saved state. Where a state is one block
     /// of memory without pointers, save and restore may be null: the block is copied.
     size_t (*state_size)(const OmRlTask* task);
@@ -75,6 +98,13 @@ struct OmRlTask {  // head of every kind of task; constant after creation
     const char* info_name[OM_RL_MAX_INFO];
     const char* score_name;  // the info that an evaluation reports; null: the return
     double target;           // score at which the task counts as solved; NaN: none
+    // For a person. Without a key a component of the action has its choice `rest`; -1: it keeps the last one.
+    const OmRlKey* key;  // (nkey)
+    int nkey;
+    int rest[OM_RL_MAX_ACTION];
+    double period;  // of a step in real time, s, > 0
+    double move;    // of the tip along an axis in a step, m; 0: the task has no tip, place, steer
+    bool has_jaw;   // steer uses is_closed
     // Of all settings: checkpoints and demonstrations of other settings are refused.
     uint64_t hash;
 };
@@ -99,6 +129,10 @@ OM_API OmStatus om_rl_task_create(const char* name, const OmRlSetting* setting, 
 OM_API void om_rl_task_destroy(OmRlTask* task);
 /// All choices of an action together: the sum of nchoice.
 OM_API int om_rl_task_nlogit(const OmRlTask* task);
+/// The action without a key: where a component keeps its last choice, that of `action` stays.
+OM_API void om_rl_task_rest(const OmRlTask* task, int* action);
+/// Put a key into an action. @return false: the task has no such key
+OM_API bool om_rl_task_press(const OmRlTask* task, int key, int* action);
 
 // ---- environments side by side ----------------------------------------------------------------------
 

@@ -138,6 +138,12 @@ OM_OBSERVE_WINDOW = 16
 OM_MESH_FLIP = 1
 OM_MESH_KEEP_UNUSED = 2
 OM_MESH_DROP_FLAT = 4
+OM_RL_KEY_UP = 256
+OM_RL_KEY_DOWN = 257
+OM_RL_KEY_LEFT = 258
+OM_RL_KEY_RIGHT = 259
+OM_RL_KEY_PAGE_UP = 260
+OM_RL_KEY_PAGE_DOWN = 261
 
 
 class OmStatus(IntEnum):
@@ -5405,6 +5411,18 @@ class OmReportChart(Struct):
     box: Any
 
 
+class OmRlKey(Struct):
+    """typedef struct OmRlKey {
+    int key;                // a character, or OM_RL_KEY_UP and the following ones
+    int component, choice;  // of the action
+    const char* about;      // what it does
+} OmRlKey;"""
+    key: int
+    component: int
+    choice: int
+    about: bytes | None
+
+
 class OmRlTaskOps(Struct):
     """typedef struct OmRlTaskOps {
     void (*destroy)(OmRlTask* task);
@@ -5425,6 +5443,14 @@ class OmRlTaskOps(Struct):
     OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
     /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
     void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);
+    /// Where the tip of a tool is, m. Optional; a task has all of tip, place and steer, or none.
+    void (*tip)(const OmRlTask* task, const void* state, double tip[3]);
+    /// Right after a reset: put the tip at a place. It stays off obstacles.
+    /// @return OM_OK; OM_INVALID (outside of the workspace, or out of reach: nothing was changed)
+    OmStatus (*place)(const OmRlTask* task, void* state, const double tip[3]);
+    /// The action that brings the tip nearest to a place; is_closed: the wish of a gripper, if there is one.
+    void (*steer)(const OmRlTask* task, const void* state, const double to[3], bool is_closed,
+                  int* action);
     /// Bytes of a state: after restore every later step gives the bytes of the saved state. Where a state is one block
     /// of memory without pointers, save and restore may be null: the block is copied.
     size_t (*state_size)(const OmRlTask* task);
@@ -5440,6 +5466,9 @@ class OmRlTaskOps(Struct):
     info: Any
     render: Any
     expert: Any
+    tip: Any
+    place: Any
+    steer: Any
     state_size: Any
     save: Any
     restore: Any
@@ -5459,6 +5488,12 @@ class OmRlTask(Struct):
     info_name: Any
     score_name: bytes | None
     target: float
+    key: Any
+    nkey: int
+    rest: Numbers
+    period: float
+    move: float
+    has_jaw: bool
     hash: int
 
 
@@ -5546,6 +5581,21 @@ class OmRlDemos(Struct):
     action: Any
     reward: Any
     score: Any
+
+
+class OmRlDriveNow(Struct):
+    """typedef struct OmRlDriveNow {  // of the episode in progress
+    int episode;               // counts from 0
+    int nstep;                 //
+    double sum;                // of the rewards
+    bool is_over;              // the task ended it, or the limit of steps
+    bool is_terminated;        // the task ended it
+} OmRlDriveNow;"""
+    episode: int
+    nstep: int
+    sum: float
+    is_over: bool
+    is_terminated: bool
 
 
 class OmRlPolicyDef(Struct):
@@ -6986,13 +7036,15 @@ complete(OmReportSeries, [("name", c_char_p), ("x", c_void_p), ("y", c_void_p), 
 complete(OmReportSpan, [("label", c_char_p), ("begin", c_double), ("end", c_double), ("is_bad", c_bool)], {})
 complete(OmReportBox, [("min", c_double), ("lower", c_double), ("median", c_double), ("upper", c_double), ("max", c_double), ("n", c_int)], {})
 complete(OmReportChart, [("title", c_char_p), ("x_label", c_char_p), ("y_label", c_char_p), ("series", OmReportSeries * 6), ("nseries", c_int), ("has_limit", c_bool), ("limit", c_double), ("limit_name", c_char_p), ("limit2", c_double), ("limit2_name", c_char_p), ("is_log_x", c_bool), ("is_log_y", c_bool), ("has_range", c_bool), ("y_min", c_double), ("y_max", c_double), ("event", c_void_p), ("nevent", c_int), ("span", POINTER(OmReportSpan)), ("nspan", c_int), ("ngroup", c_int), ("group", POINTER(c_char_p)), ("box", POINTER(OmReportBox))], {})
-complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_create", CFUNCTYPE(c_int, POINTER(OmRlTask), POINTER(c_void_p))), ("state_destroy", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p)), ("reset", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, OmRng, c_int)), ("step", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p, c_void_p, c_void_p)), ("observe", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("info", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("render", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, POINTER(OmPicture))), ("expert", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, POINTER(OmRng), c_void_p)), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmRlTask))), ("save", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p))], {})
-complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("hash", c_uint64)], {})
+complete(OmRlKey, [("key", c_int), ("component", c_int), ("choice", c_int), ("about", c_char_p)], {})
+complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_create", CFUNCTYPE(c_int, POINTER(OmRlTask), POINTER(c_void_p))), ("state_destroy", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p)), ("reset", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, OmRng, c_int)), ("step", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p, c_void_p, c_void_p)), ("observe", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("info", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("render", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, POINTER(OmPicture))), ("expert", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, POINTER(OmRng), c_void_p)), ("tip", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("place", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("steer", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p, c_bool, c_void_p)), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmRlTask))), ("save", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p))], {})
+complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("key", POINTER(OmRlKey)), ("nkey", c_int), ("rest", c_int * 8), ("period", c_double), ("move", c_double), ("has_jaw", c_bool), ("hash", c_uint64)], {})
 complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
 complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
 complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool), ("has_autoreset", c_bool)], {})
 complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
 complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
+complete(OmRlDriveNow, [("episode", c_int), ("nstep", c_int), ("sum", c_double), ("is_over", c_bool), ("is_terminated", c_bool)], {})
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("seed", c_uint64)], {"activation": OmActivation})
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
@@ -7654,6 +7706,14 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_demos_parse": (c_int, [c_char_p, c_size_t, c_char_p, POINTER(OmRlDemos)]),
     "om_rl_demos_record": (c_int, [POINTER(OmRlTask), c_int, c_uint64, POINTER(OmProgress), POINTER(OmRlDemos)]),
     "om_rl_demos_save": (c_int, [POINTER(OmRlDemos), c_char_p]),
+    "om_rl_drive_create": (c_int, [POINTER(OmRlTask), c_uint64, POINTER(c_void_p)]),
+    "om_rl_drive_destroy": (None, [c_void_p]),
+    "om_rl_drive_info": (c_int, [c_void_p, c_void_p, c_void_p]),
+    "om_rl_drive_keep": (c_int, [c_void_p, POINTER(OmRlDemos)]),
+    "om_rl_drive_now": (POINTER(OmRlDriveNow), [c_void_p]),
+    "om_rl_drive_render": (c_int, [c_void_p, POINTER(OmPicture)]),
+    "om_rl_drive_reset": (c_int, [c_void_p, c_int]),
+    "om_rl_drive_step": (c_int, [c_void_p, c_void_p]),
     "om_rl_eval_default_def": (OmRlEvalDef, [POINTER(OmRlTask), c_void_p]),
     "om_rl_eval_done": (None, [POINTER(OmRlEval)]),
     "om_rl_eval_run": (c_int, [POINTER(OmRlEvalDef), POINTER(OmProgress), POINTER(OmRlEval)]),
@@ -7675,6 +7735,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_task_destroy": (None, [POINTER(OmRlTask)]),
     "om_rl_task_kind": (POINTER(OmRlTaskKind), [c_int]),
     "om_rl_task_nlogit": (c_int, [POINTER(OmRlTask)]),
+    "om_rl_task_press": (c_bool, [POINTER(OmRlTask), c_int, c_void_p]),
+    "om_rl_task_rest": (None, [POINTER(OmRlTask), c_void_p]),
     "om_rl_train_default_def": (OmRlTrainDef, [POINTER(OmRlTask), c_char_p]),
     "om_rl_train_result_done": (None, [POINTER(OmRlTrainResult)]),
     "om_rl_train_run": (c_int, [POINTER(OmRlTrainDef), POINTER(OmProgress), POINTER(OmRlTrainResult)]),
@@ -8302,6 +8364,12 @@ STATUS = frozenset([
     "om_rl_demos_parse",
     "om_rl_demos_record",
     "om_rl_demos_save",
+    "om_rl_drive_create",
+    "om_rl_drive_info",
+    "om_rl_drive_keep",
+    "om_rl_drive_render",
+    "om_rl_drive_reset",
+    "om_rl_drive_step",
     "om_rl_eval_run",
     "om_rl_policy_check",
     "om_rl_policy_create",

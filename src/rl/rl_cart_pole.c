@@ -115,6 +115,13 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .expert = expert,
                                 .state_size = state_size};
 
+static const OmRlKey keys[] = {{OM_RL_KEY_LEFT, 0, 0, "push to the left"},
+                               {'a', 0, 0, "push to the left"},
+                               {'j', 0, 0, "push to the left"},
+                               {OM_RL_KEY_RIGHT, 0, 1, "push to the right"},
+                               {'d', 0, 1, "push to the right"},
+                               {'l', 0, 1, "push to the right"}};
+
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {NULL};
     *task = NULL;
@@ -127,7 +134,11 @@ OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlT
                     .naction = 1,
                     .nchoice = {2},
                     .max_step = 500,
-                    .target = 475};
+                    .target = 475,
+                    .key = keys,
+                    .nkey = sizeof keys / sizeof *keys,
+                    .rest = {-1},
+                    .period = STEP};
     t->hash = om_hash(t->name, sizeof t->name, OM_HASH_SEED);
     *task = t;
     return OM_OK;

@@ -105,6 +105,41 @@ OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction,
     return OM_OK;
 }
 
+// The old arrays are freed when all new ones are complete.
+OmStatus om__rl_demos_append(OmRlDemos* d, const OmRlTask* task, int n, const float* obs,
+                             const int* action, const double* reward, double score) {
+    const size_t nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
+    const size_t old = (size_t)d->nstep, more = (size_t)n;
+    OmRlDemos all = {0};
+    if (d->ndemo > 0) OM_TRY(om_rl_demos_check(d, task));
+    OM_CHECK((double)(old + more) * (double)nobs < INT32_MAX && d->ndemo < 100000, OM_INVALID,
+             "demonstrations: too many steps; begin another file");
+    OmStatus status = om__rl_demos_alloc(d->ndemo + 1, (int)(old + more), task->nobservation,
+                                         task->naction, &all);
+    if (status < 0) {
+        om_rl_demos_done(&all);
+        return status;
+    }
+    memcpy(all.task, task->name, sizeof all.task);
+    memcpy(all.nchoice, task->nchoice, sizeof all.nchoice);
+    if (d->ndemo > 0) {
+        memcpy(all.adr, d->adr, (size_t)d->ndemo * sizeof *all.adr);
+        memcpy(all.obs, d->obs, old * nobs * sizeof *all.obs);
+        memcpy(all.action, d->action, old * naction * sizeof *all.action);
+        memcpy(all.reward, d->reward, old * sizeof *all.reward);
+        memcpy(all.score, d->score, (size_t)d->ndemo * sizeof *all.score);
+    }
+    all.adr[d->ndemo] = (int)old;
+    all.adr[d->ndemo + 1] = (int)(old + more);
+    memcpy(all.obs + old * nobs, obs, more * nobs * sizeof *obs);
+    memcpy(all.action + old * naction, action, more * naction * sizeof *action);
+    memcpy(all.reward + old, reward, more * sizeof *reward);
+    all.score[d->ndemo] = score;
+    om_rl_demos_done(d);
+    *d = all;
+    return OM_OK;
+}
+
 static OmStatus join(const OmRlTask* task, const Episode* e, int ndemo, OmRlDemos* d) {
     int64_t nstep = 0;
     for (int k = 0; k < ndemo; ++k) nstep += e[k].n;

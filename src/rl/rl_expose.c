@@ -326,6 +326,10 @@ static const OmRlTaskOps ops = {.destroy = destroy,
 
 // ---- creation ---------------------------------------------------------------------------------------
 
+// PSM1 stands at the right of the picture.
+static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("PSM1 ", 0, 1, 2),
+                               OM__RL_LEFT_HAND("PSM2 ", 3, 1, 2)};
+
 static void fill_head(OmRlExpose* e) {
     OmRlTask* h = &e->head;
     *h = (OmRlTask){.ops = &ops,
@@ -337,7 +341,10 @@ static void fill_head(OmRlExpose* e) {
                     .ninfo = 2,
                     .info_name = {"exposure", "grasped"},
                     .score_name = "exposure",
-                    .target = 0.95};
+                    .target = 0.95,
+                    .key = keys,
+                    .nkey = sizeof keys / sizeof *keys,
+                    .period = e->retract->period};
     for (int k = 0; k < 3 * NARM; ++k) h->nchoice[k] = 3;
     if (e->retract->picture_width > 0) {
         h->nobservation = e->retract->nobservation;

@@ -5,6 +5,7 @@
 #include "omentum/nn_train.h"
 #include "omentum/rl.h"
 #include "omentum/rl_demo.h"
+#include "omentum/rl_drive.h"
 #include "omentum/rl_policy.h"
 #include "omentum/rl_train.h"
 
@@ -24,10 +25,44 @@ OmStatus om__rl_setting_number(const char* task, const OmRlSetting* setting, dou
 OmStatus om__rl_setting_unknown(const char* task, const OmRlSetting* setting,
                                 const char* const* known);
 
+// ---- keys of a person
+
+// Six directions of a tip whose components of the action begin at `first`: the left hand has w s a d e c, the right
+// hand i k j l o m and the keys of the cursor. `tool` is a text before the direction. Pictures are seen from -x: +y is
+// to the left.
+#define OM__RL_LEFT_HAND(tool, first, backward, forward)        \
+    {'w', first, forward, tool "away from the camera (+x)"},    \
+        {'s', first, backward, tool "towards the camera (-x)"}, \
+        {'a', (first) + 1, forward, tool "to the left (+y)"},   \
+        {'d', (first) + 1, backward, tool "to the right (-y)"}, \
+        {'e', (first) + 2, forward, tool "up (+z)"}, {          \
+        'c', (first) + 2, backward, tool "down (-z)"            \
+    }
+#define OM__RL_RIGHT_HAND(tool, first, backward, forward)                   \
+    {OM_RL_KEY_UP, first, forward, tool "away from the camera (+x)"},       \
+        {'i', first, forward, tool "away from the camera (+x)"},            \
+        {OM_RL_KEY_DOWN, first, backward, tool "towards the camera (-x)"},  \
+        {'k', first, backward, tool "towards the camera (-x)"},             \
+        {OM_RL_KEY_LEFT, (first) + 1, forward, tool "to the left (+y)"},    \
+        {'j', (first) + 1, forward, tool "to the left (+y)"},               \
+        {OM_RL_KEY_RIGHT, (first) + 1, backward, tool "to the right (-y)"}, \
+        {'l', (first) + 1, backward, tool "to the right (-y)"},             \
+        {OM_RL_KEY_PAGE_UP, (first) + 2, forward, tool "up (+z)"},          \
+        {'o', (first) + 2, forward, tool "up (+z)"},                        \
+        {OM_RL_KEY_PAGE_DOWN, (first) + 2, backward, tool "down (-z)"}, {   \
+        'm', (first) + 2, backward, tool "down (-z)"                        \
+    }
+
 // ---- demonstrations
 
 // Memory for demonstrations of these sizes.
 OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction, OmRlDemos* demos);
+// Append an episode of n > 0 steps; zero demonstrations: it is the first one.
+OmStatus om__rl_demos_append(OmRlDemos* demos, const OmRlTask* task, int n, const float* obs,
+                             const int* action, const double* reward, double score);
+// The task of a drive, and its state.
+const OmRlTask* om__rl_drive_task(const OmRlDrive* drive);
+void* om__rl_drive_state(OmRlDrive* drive);
 
 // ---- distributions and networks
 

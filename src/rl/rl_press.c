@@ -323,6 +323,10 @@ static OmStatus fill(OmRlPress* t) {
     return om_tissue_state_create(t->tissue, &t->rest);
 }
 
+static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 1, 2),
+                               OM__RL_LEFT_HAND("", 0, 1, 2),
+                               {'x', 3, 1, "the lesion is here; ends the episode"}};
+
 OmStatus om__rl_press_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {"max_step", NULL};
     double max_step = 1000;
@@ -344,7 +348,10 @@ OmStatus om__rl_press_create(const OmRlSetting* setting, int nsetting, OmRlTask*
                          .ninfo = 2,
                          .info_name = {"found", "distance"},
                          .score_name = "found",
-                         .target = 0.9};
+                         .target = 0.9,
+                         .key = keys,
+                         .nkey = sizeof keys / sizeof *keys,
+                         .period = TIME_STEP};
     OmStatus status = fill(t);
     if (status < 0) {
         destroy(&t->head);

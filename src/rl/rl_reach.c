@@ -130,6 +130,8 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .expert = expert,
                                 .state_size = state_size};
 
+static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 0, 2), OM__RL_LEFT_HAND("", 0, 0, 2)};
+
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {"step", "fixed_horizon", NULL};
     double size = 0.05, fixed_horizon = 0;
@@ -157,7 +159,11 @@ OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask*
                          .ninfo = 1,
                          .info_name = {"reached"},
                          .score_name = "reached",
-                         .target = 0.99};
+                         .target = 0.99,
+                         .key = keys,
+                         .nkey = sizeof keys / sizeof *keys,
+                         .rest = {1, 1, 1},
+                         .period = 0.05};
     r->step = size;
     r->has_fixed_horizon = fixed_horizon == 1;
     r->head.hash = om_hash(r->head.name, sizeof r->head.name, OM_HASH_SEED);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "rl/rl_internal.h"
 #include "rl/rl_retract_internal.h"
 
 #define COOKIE 0x4e712ac7u
@@ -251,6 +252,12 @@ static OmStatus use_rest(OmRlRetract* t) {
     return OM_OK;
 }
 
+static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 1, 2),
+                               OM__RL_LEFT_HAND("", 0, 1, 2),
+                               {'g', 3, 1, "close the gripper"},
+                               {'b', 3, 0, "open the gripper"}};
+enum { NKEY = sizeof keys / sizeof *keys, NGRIPPER_KEY = 2 };
+
 static void fill_head(OmRlRetract* t) {
     static const char* const info[] = {"exposure", "grasped", "along", "across"};
     const OmRlRetractDef* d = &t->def;
@@ -272,6 +279,12 @@ static void fill_head(OmRlRetract* t) {
     for (int k = 0; k < 4; ++k) h->info_name[k] = info[k];
     h->score_name = info[0];
     h->target = 0.95;
+    h->key = keys;
+    h->nkey = NKEY - (d->has_gripper ? 0 : NGRIPPER_KEY);
+    h->rest[3] = -1;
+    h->period = d->time_step * d->repeat;
+    h->move = d->move * d->repeat;
+    h->has_jaw = d->has_gripper;
     // the rest state depends on every setting of the scene; the others are added
     uint64_t hash = om_hash(t->rest_x, 3 * (size_t)t->nvert * sizeof *t->rest_x, OM_HASH_SEED);
     double own[] = {d->max_step,     d->hold,        d->has_fixed_horizon,

@@ -46,19 +46,26 @@ int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* dist
     return nearest;
 }
 
-// Keep the tip out of kidney and table, in the workspace and within the joints' limits; otherwise it stays.
-static void move_tip(const OmRlRetract* t, OmRlRetractState* s, const int* action) {
-    OmVec3 p = s->now.tip, n;
-    double* axis[3] = {&p.x, &p.y, &p.z};
-    for (int k = 0; k < 3; ++k)
-        *axis[k] += t->def.move * (action[k] == 2 ? 1 : action[k] == 1 ? -1 : 0);
+// Put the tip at p, but out of kidney and table and in the workspace; otherwise it stays. @return false: it stays
+static bool put_tip(const OmRlRetract* t, OmRlRetractState* s, OmVec3 p) {
+    OmVec3 n;
     p = om_max3(t->def.workspace_lo, om_min3(t->def.workspace_hi, p));
     double gap = om__rl_ground_distance(&t->ground, om_add(p, s->now.error), &n);
     gap -= t->ground.shift + CLEAR;
     if (gap < 0) p = om_madd(p, -gap, n);
     p = om_max3(t->def.workspace_lo, om_min3(t->def.workspace_hi, p));
     OmPose pose = {om_add(p, s->now.error), t->tip_q};
-    if (om_psm_inverse(&t->psm, pose, s->now.q, s->now.q) == OM_OK) s->now.tip = p;
+    bool is_reached = om_psm_inverse(&t->psm, pose, s->now.q, s->now.q) == OM_OK;
+    if (is_reached) s->now.tip = p;
+    return is_reached;
+}
+
+static void move_tip(const OmRlRetract* t, OmRlRetractState* s, const int* action) {
+    OmVec3 p = s->now.tip;
+    double* axis[3] = {&p.x, &p.y, &p.z};
+    for (int k = 0; k < 3; ++k)
+        *axis[k] += t->def.move * (action[k] == 2 ? 1 : action[k] == 1 ? -1 : 0);
+    put_tip(t, s, p);
 }
 
 // ---- grasp and tissue -------------------------------------------------------------------------------
@@ -350,6 +357,37 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
     if (t->def.has_gripper) action[3] = 1;
 }
 
+// ---- a recorded robot -------------------------------------------------------------------------------
+
+static void tip(const OmRlTask* task, const void* state, double tip[3]) {
+    (void)task;
+    om_store3(tip, 0, ((const OmRlRetractState*)state)->now.tip);
+}
+
+static OmStatus place(const OmRlTask* task, void* state, const double tip[3]) {
+    const OmRlRetract* t = om__rl_retract(task);
+    OmRlRetractState* s = state;
+    OmVec3 p = om_load3(tip, 0), lo = t->def.workspace_lo, hi = t->def.workspace_hi;
+    OM_CHECK(p.x >= lo.x && p.y >= lo.y && p.z >= lo.z && p.x <= hi.x && p.y <= hi.y && p.z <= hi.z,
+             OM_INVALID,
+             "the tip at (%g, %g, %g) m is outside the workspace, (%g, %g, %g) to (%g, %g, %g)",
+             p.x, p.y, p.z, lo.x, lo.y, lo.z, hi.x, hi.y, hi.z);
+    OM_CHECK(put_tip(t, s, p), OM_INVALID,
+             "the tip at (%g, %g, %g) m is out of reach of the instrument", p.x, p.y, p.z);
+    s->now.potential = potential_of(t, &s->now);
+    return look(t, s);
+}
+
+static void steer(const OmRlTask* task, const void* state, const double to[3], bool is_closed,
+                  int* action) {
+    const OmRlRetractState* s = state;
+    OmVec3 way = om_sub(om_load3(to, 0), s->now.tip);
+    action[0] = om__rl_choice_towards(way.x, task->move);
+    action[1] = om__rl_choice_towards(way.y, task->move);
+    action[2] = om__rl_choice_towards(way.z, task->move);
+    if (task->has_jaw) action[3] = is_closed;
+}
+
 // ---- snapshots --------------------------------------------------------------------------------------
 
 static size_t state_size(const OmRlTask* task) {
@@ -386,6 +424,9 @@ const OmRlTaskOps om__rl_retract_ops = {.destroy = om__rl_retract_destroy,
                                         .info = info,
                                         .render = render,
                                         .expert = expert,
+                                        .tip = tip,
+                                        .place = place,
+                                        .steer = steer,
                                         .state_size = state_size,
                                         .save = save,
                                         .restore = restore};

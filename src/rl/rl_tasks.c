@@ -25,6 +25,10 @@ static OmStatus check_task(const OmRlTask* t) {
                  t->nchoice[k]);
     OM_CHECK(om_rl_task_nlogit(t) <= OM_RL_MAX_CHOICE, OM_INVALID,
              "task %s: more than %d choices together", t->name, OM_RL_MAX_CHOICE);
+    for (int k = 0; k < t->nkey; ++k)
+        OM_CHECK(t->key[k].component >= 0 && t->key[k].component < t->naction &&
+                     t->key[k].choice >= 0 && t->key[k].choice < t->nchoice[t->key[k].component],
+                 OM_INVALID, "task %s: key %d has no such choice", t->name, k);
     OM_CHECK(t->ninfo >= 0 && t->ninfo <= OM_RL_MAX_INFO, OM_INVALID, "task %s: %d infos", t->name,
              t->ninfo);
     return OM_OK;
@@ -59,6 +63,20 @@ int om_rl_task_nlogit(const OmRlTask* task) {
     int sum = 0;
     for (int k = 0; k < task->naction; ++k) sum += task->nchoice[k];
     return sum;
+}
+
+void om_rl_task_rest(const OmRlTask* task, int* action) {
+    for (int k = 0; k < task->naction; ++k)
+        if (task->rest[k] >= 0) action[k] = task->rest[k];
+}
+
+bool om_rl_task_press(const OmRlTask* task, int key, int* action) {
+    for (int i = 0; i < task->nkey; ++i) {
+        if (task->key[i].key != key) continue;
+        action[task->key[i].component] = task->key[i].choice;
+        return true;
+    }
+    return false;
 }
 
 OmStatus om__rl_setting_number(const char* task, const OmRlSetting* setting, double lo, double hi,
