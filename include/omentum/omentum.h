@@ -58,6 +58,7 @@
 #include "omentum/rl_drive.h"
 #include "omentum/rl_policy.h"
 #include "omentum/rl_retract.h"
+#include "omentum/rl_trace.h"
 #include "omentum/rl_train.h"
 #include "omentum/robot.h"
 #include "omentum/scene.h"

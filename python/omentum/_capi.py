@@ -86,6 +86,7 @@ OM_RETRACT_CHECK_TIME = 0.5
 OM_RETRACT_SAMPLE = 0.1
 OM_RETRACT_SLID = 0.15
 OM_RL_GRID = 7
+OM_RL_JAW_CLOSED = 0.17453292519943295
 OM_RL_MAX_ACTION = 8
 OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
@@ -5788,6 +5789,38 @@ class OmRlSurvey(Struct):
     exposure: Any
 
 
+class OmRlTrace(Struct):
+    """typedef struct OmRlTrace {  // om_rl_trace_done frees
+    char name[256];         // of the file, for messages
+    int n;                  // rows
+    bool has_jaw;           // the table has the column jaw
+    double* time;           // s, grows                                            (n)
+    double* tip;            // m, in the frame of the task                         (n x 3)
+    double* jaw;            // opening angle, rad; 0 without the column            (n)
+    int* line;              // of the file                                         (n)
+} OmRlTrace;"""
+    name: str
+    n: int
+    has_jaw: bool
+    time: Any
+    tip: Any
+    jaw: Any
+    line: Any
+
+
+class OmRlFollow(Struct):
+    """typedef struct OmRlFollow {  // what came of following a trace
+    double deviation;    // m, largest distance between the path of the table and that of the tip
+    double score;        // of the episode
+    int nstep;           //
+    bool is_terminated;  // the task ended the episode
+} OmRlFollow;"""
+    deviation: float
+    score: float
+    nstep: int
+    is_terminated: bool
+
+
 class OmRlTrainRow(Struct):
     """typedef struct OmRlTrainRow {  // of metrics.csv, one an iteration
     int64_t step;              // of all environments together
@@ -7051,6 +7084,8 @@ complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("poli
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
 complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
+complete(OmRlTrace, [("name", c_char * 256), ("n", c_int), ("has_jaw", c_bool), ("time", c_void_p), ("tip", c_void_p), ("jaw", c_void_p), ("line", c_void_p)], {})
+complete(OmRlFollow, [("deviation", c_double), ("score", c_double), ("nstep", c_int), ("is_terminated", c_bool)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
 complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
 complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("seconds", c_double)], {})
@@ -7737,6 +7772,10 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_task_nlogit": (c_int, [POINTER(OmRlTask)]),
     "om_rl_task_press": (c_bool, [POINTER(OmRlTask), c_int, c_void_p]),
     "om_rl_task_rest": (None, [POINTER(OmRlTask), c_void_p]),
+    "om_rl_trace_done": (None, [POINTER(OmRlTrace)]),
+    "om_rl_trace_follow": (c_int, [POINTER(OmRlTrace), c_double, c_void_p, POINTER(OmRlFollow)]),
+    "om_rl_trace_load": (c_int, [c_char_p, POINTER(OmRlTrace)]),
+    "om_rl_trace_parse": (c_int, [c_char_p, c_size_t, c_char_p, POINTER(OmRlTrace)]),
     "om_rl_train_default_def": (OmRlTrainDef, [POINTER(OmRlTask), c_char_p]),
     "om_rl_train_result_done": (None, [POINTER(OmRlTrainResult)]),
     "om_rl_train_run": (c_int, [POINTER(OmRlTrainDef), POINTER(OmProgress), POINTER(OmRlTrainResult)]),
@@ -8379,6 +8418,9 @@ STATUS = frozenset([
     "om_rl_retract_create",
     "om_rl_retract_survey",
     "om_rl_task_create",
+    "om_rl_trace_follow",
+    "om_rl_trace_load",
+    "om_rl_trace_parse",
     "om_rl_train_run",
     "om_rl_vec_create",
     "om_rl_vec_expert",
