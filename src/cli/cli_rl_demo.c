@@ -1,11 +1,20 @@
 // cli_rl_demo.c: omentum rl demo.
+#include <math.h>
+
 #include "cli_rl.h"
-#include "omentum/rl_demo.h"
+#include "omentum/rl_trace.h"
 
 static const OmCliOption option[] = {
     OM_CLI_RL_TASK,
     {"--output", "-o", "FILE", "demonstrations, HDF5 as robomimic has it"},
-    {"--number", "-n", "N", "demonstrations", "35", NULL, 1, 100000},
+    {"--number", "-n", "N", "demonstrations of the expert", "35", NULL, 1, 100000},
+    {"--from", NULL, "FILE",
+     "in place of the expert: follow the tip of a recorded robot, CSV with the columns time (s), x, y, z (m) "
+     "and jaw (rad); may be repeated"},
+    {"--least-score", NULL, "X", "refuse a recorded robot whose path has a lower score",
+     "the task's target", NULL, -1e9, 1e9},
+    {"--deviation", NULL, "X", "refuse a path that the task's tip misses by more", "2", "mm", 0.01,
+     100},
     {"--seed", NULL, "N", "seed of the starts and the expert's noise", "1", NULL, 0, 2147483647},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -14,32 +23,94 @@ static const OmCliKey result_key[] = {
     {"demonstrations", "number of demonstrations"},
     {"steps", "of all demonstrations"},
     {"score", "mean score"},
+    {"deviation_mm", "of recorded robots: largest distance between a table's path and the tip's"},
 };
 
-static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
-    const char* path = om_cli_get(args, "--output");
+// ---- recorded robots ----------------------------------------------------------------------------------
+
+// Append one table. The episode must have the score that is wanted.
+static OmStatus follow(const OmRlTrace* trace, double deviation, double least, const OmRlTask* task,
+                       OmRlDrive* drive, OmRlFollow* f, OmRlDemos* demos) {
+    OmText text = {0};
+    double info[OM_RL_MAX_INFO] = {0};
+    OM_TRY(om_rl_trace_follow(trace, deviation, drive, f));
+    printf("%s: %d steps, %s %.3f, at most %.2f mm from the path\n", trace->name, f->nstep,
+           task->score_name ? task->score_name : "return", f->score, 1e3 * f->deviation);
+    if (!(f->score < least)) return om_rl_drive_keep(drive, demos);
+    OmStatus status = om_rl_drive_info(drive, info, NULL);
+    for (int k = 0; k < task->ninfo && status >= 0; ++k)
+        status = om_text_append(&text, "%s%s %.3g", k ? ", " : "", task->info_name[k], info[k]);
+    if (status >= 0)
+        status = om_error(
+            OM_INVALID,
+            "%s: the path does not solve task %s: its score is %.3f, below %g (%s); nothing "
+            "was written. Check frame and units of the table; --least-score takes it",
+            trace->name, task->name, f->score, least, text.str ? text.str : "");
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus follow_all(const OmCliArgs* args, const OmRlTask* task, int seed,
+                           OmRlDemos* demos) {
+    const char* path;
+    double deviation = 2, least = isnan(task->target) ? -HUGE_VAL : task->target, most = 0;
+    OmRlDrive* drive = NULL;
+    OmRlTrace trace = {0};
+    OmStatus status;
+    OM_TRY_DONE(om_cli_double(args, "--deviation", &deviation));
+    OM_TRY_DONE(om_cli_double(args, "--least-score", &least));
+    OM_TRY_DONE(om_rl_drive_create(task, (uint64_t)seed, &drive));
+    for (int k = 0; (path = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
+        OmRlFollow f;
+        OM_TRY_DONE(om_progress_report(om_cli_progress(true), "tables", k, 0));
+        OM_TRY_DONE(om_rl_trace_load(path, &trace));
+        OM_TRY_DONE(follow(&trace, 1e-3 * deviation, least, task, drive, &f, demos));
+        om_rl_trace_done(&trace);
+        most = fmax(most, f.deviation);
+    }
+    om_cli_figure("deviation_mm", 1e3 * most);
+done:
+    om_rl_trace_done(&trace);
+    om_rl_drive_destroy(drive);
+    return status;
+}
+
+// -------------------------------------------------------------------------------------------------------
+
+static OmStatus make(const OmCliArgs* args, const OmRlTask* task, OmRlDemos* demos) {
     int number = 35, seed = 1;
-    OmRlDemos demos;
     OM_TRY(om_cli_int(args, "--number", &number));
     OM_TRY(om_cli_int(args, "--seed", &seed));
-    OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
-    om_cli_clean_beside(path);
+    if (om_cli_get(args, "--from")) return follow_all(args, task, seed, demos);
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
-    OM_TRY(om_rl_demos_record(task, number, (uint64_t)seed, progress, &demos));
+    OM_TRY(om_rl_demos_record(task, number, (uint64_t)seed, progress, demos));
     om_cli_progress_done();
-    OmStatus status = om_rl_demos_save(&demos, path);
+    return OM_OK;
+}
+
+static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
+    const char *path = om_cli_get(args, "--output"), *from;
+    OmRlDemos demos = {0};
+    OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
+    for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k)
+        OM_TRY(om_path_check_apart(from, path));
+    om_cli_clean_beside(path);
+    OmStatus status = make(args, task, &demos);
+    if (status >= 0) status = om_rl_demos_save(&demos, path);
+    if (status < 0) {
+        om_rl_demos_done(&demos);
+        return status;
+    }
     double sum = 0;
     for (int k = 0; k < demos.ndemo; ++k) sum += demos.score[k];
-    if (status >= 0) {
-        om_cli_figure("demonstrations", demos.ndemo);
-        om_cli_figure("steps", demos.nstep);
-        om_cli_figure("score", sum / demos.ndemo);  // ndemo > 0
-        om_cli_path(path);
-        printf("%d demonstrations, %d steps, mean score %.3f: %s\n", demos.ndemo, demos.nstep,
-               sum / demos.ndemo, path);
-    }
+    om_cli_figure("demonstrations", demos.ndemo);
+    om_cli_figure("steps", demos.nstep);
+    om_cli_figure("score", sum / demos.ndemo);  // ndemo > 0
+    om_cli_path(path);
+    printf("%d demonstrations, %d steps, mean score %.3f: %s\n", demos.ndemo, demos.nstep,
+           sum / demos.ndemo, path);
     om_rl_demos_done(&demos);
-    return status;
+    return OM_OK;
 }
 
 int om_cli_rl_demo(int argc, char** argv) {
@@ -50,6 +121,9 @@ int om_cli_rl_demo(int argc, char** argv) {
     if (status >= 0) status = om_cli_rl_task(&args, &task);
     if (status >= 0 && !om_cli_get(&args, "--output"))
         status = om_error(OM_INVALID, "give the file of demonstrations (-o FILE)");
+    if (status >= 0 && om_cli_get(&args, "--from") && om_cli_get(&args, "--number"))
+        status = om_error(
+            OM_INVALID, "--number is of the expert; --from gives one demonstration for each table");
     if (status < 0) {
         fprintf(stderr, "omentum rl demo: %s\n", om_error_message());
         om_rl_task_destroy(task);
@@ -63,14 +137,17 @@ int om_cli_rl_demo(int argc, char** argv) {
 const OmCliVerb om_cli_verb_rl_demo = {
     .name = "rl demo",
     .run = om_cli_rl_demo,
-    .summary = "record demonstrations of a task by its scripted expert",
-    .usage = "omentum rl demo -t TASK -o FILE [options]",
+    .summary = "record demonstrations of a task by its scripted expert or from a recorded robot",
+    .usage = "omentum rl demo -t TASK -o FILE [--from TABLE] [options]",
     .about =
-        "The expert acts with the noise of a person, from drawn starts. FILE is HDF5 in the layout of\n"
-        "robomimic; omentum rl train reads it for gail and clone.",
+        "The expert acts with the noise of a person, from drawn starts. With --from the tip follows the path\n"
+        "of a recorded robot, given in the frame of the task (doc/rl.md), by the task's moves and without the\n"
+        "pauses of the robot. FILE is HDF5 in the layout of robomimic; omentum rl train reads it for gail and\n"
+        "clone. A person makes demonstrations by omentum rl play --record FILE.",
     .option = option,
     .noption = sizeof option / sizeof *option,
-    .example = "  omentum rl demo -t reach -o out/demos.hdf5",
+    .example = "  omentum rl demo -t reach -o out/demos.hdf5\n"
+               "  omentum rl demo -t retract --from lift1.csv --from lift2.csv -o out/demos.hdf5",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };
