@@ -140,6 +140,7 @@ OmStatus om_cli_int(const OmCliArgs* args, const char* name, int* value) {
 #define PATIENCE 0.5  // s
 
 static volatile sig_atomic_t is_interrupted;
+static void (*volatile restore_terminal)(void);
 static OmProgressBar bar;
 static bool is_bar_quiet;
 
@@ -152,7 +153,10 @@ static void on_signal(int number) {
     clock_gettime(CLOCK_MONOTONIC, &now);
     double since =
         (double)(now.tv_sec - first.tv_sec) + 1e-9 * (double)(now.tv_nsec - first.tv_nsec);
-    if (is_interrupted && since > PATIENCE) _exit(OM_EXIT_CANCELLED);
+    if (is_interrupted && since > PATIENCE) {
+        if (restore_terminal) restore_terminal();
+        _exit(OM_EXIT_CANCELLED);
+    }
     if (!is_interrupted) first = now;
     is_interrupted = 1;
 }
@@ -180,6 +184,8 @@ const OmProgress* om_cli_progress(bool is_quiet) {
 void om_cli_progress_done(void) {
     if (bar.out) om_progress_bar_done(&bar);
 }
+
+void om_cli_set_restore(void (*restore)(void)) { restore_terminal = restore; }
 
 bool om_cli_is_interrupted(void) { return is_interrupted != 0; }
 

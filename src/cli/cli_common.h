@@ -99,6 +99,8 @@ int om_cli_result_end(int exit_code);
 const OmProgress* om_cli_progress(bool is_quiet);
 void om_cli_progress_done(void);
 bool om_cli_is_interrupted(void);
+// A second Ctrl-C calls this before it ends the program; only calls that a signal handler may make.
+void om_cli_set_restore(void (*restore)(void));
 
 // Print the error message of this thread and return the exit code that fits the status.
 int om_cli_fail(const char* verb, OmStatus status);
@@ -125,7 +127,7 @@ void om_cli_set_environment(char** argv);
 extern const OmCliVerb om_cli_verb_banet_eval, om_cli_verb_banet_generate, om_cli_verb_banet_train,
     om_cli_verb_calibrate, om_cli_verb_demo, om_cli_verb_model, om_cli_verb_plan,
     om_cli_verb_preplan, om_cli_verb_retract, om_cli_verb_rl_demo, om_cli_verb_rl_eval,
-    om_cli_verb_rl_survey, om_cli_verb_rl_train, om_cli_verb_study_calibration,
+    om_cli_verb_rl_play, om_cli_verb_rl_survey, om_cli_verb_rl_train, om_cli_verb_study_calibration,
     om_cli_verb_study_contact, om_cli_verb_study_correspondence, om_cli_verb_study_learning,
     om_cli_verb_study_attachments, om_cli_verb_study_methods, om_cli_verb_study_retraction,
     om_cli_verb_study_sheet, om_cli_verb_umesh_eval, om_cli_verb_umesh_generate,
@@ -140,6 +142,7 @@ int om_cli_preplan(int argc, char** argv);
 int om_cli_retract(int argc, char** argv);
 int om_cli_rl_demo(int argc, char** argv);
 int om_cli_rl_eval(int argc, char** argv);
+int om_cli_rl_play(int argc, char** argv);
 int om_cli_rl_survey(int argc, char** argv);
 int om_cli_rl_train(int argc, char** argv);
 int om_cli_demo(int argc, char** argv);

@@ -56,6 +56,7 @@ static const OmCliVerb* const table[] = {
     &rl,
     &om_cli_verb_rl_demo,
     &om_cli_verb_rl_eval,
+    &om_cli_verb_rl_play,
     &om_cli_verb_rl_survey,
     &om_cli_verb_rl_train,
     &study,
