@@ -14,6 +14,7 @@
 typedef struct Teacher {
     const OmSite* site;
     bool refuses;
+    bool attaches_all;  // of the underside, in its first answer
     int ncall;
 } Teacher;
 
@@ -37,7 +38,8 @@ static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress
     memset(e->stiffness, 0, (size_t)mesh->nvert * sizeof *e->stiffness);
     for (int i = 0; i < under->nvert; ++i) {
         const int v = under->vert[i];
-        e->attached[v] = om_pose_apply(to_task, om_load3(mesh->x, v)).x > 0.01;
+        const bool is_all = t->attaches_all && t->ncall == 1;
+        e->attached[v] = is_all || om_pose_apply(to_task, om_load3(mesh->x, v)).x > 0.01;
     }
     e->is_accepted = true;
     return OM_OK;
@@ -63,6 +65,8 @@ typedef struct Seen {
     int ntaken, nmove_in_learning;
     bool has_parts;
     OmWorld* world;
+    int ndoubt, nrest;  // doubts; vertices still attached after the last one
+    int naction;        // when it began
 } Seen;
 
 static OmStatus on_warning(void* ctx, const OmLoop* loop, int was, const OmMonitorFrame* frame) {
@@ -87,8 +91,16 @@ static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* no
 }
 
 static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
-    (void)loop;
-    ((Seen*)ctx)->ntaken += event->stage == OM_UPDATE_TAKEN;
+    Seen* s = ctx;
+    s->ntaken += event->stage == OM_UPDATE_TAKEN;
+    if (event->stage != OM_UPDATE_DOUBTED) return OM_OK;
+    ++s->ndoubt;
+    s->nrest = 0;
+    s->naction = om_loop_result(loop)->naction;
+    for (int v = 0; v < event->estimate->nvert; ++v) {
+        s->nrest += event->estimate->attached[v];
+        assert_true(event->was_attached[v] || !event->estimate->attached[v]);
+    }
     return OM_OK;
 }
 
@@ -314,12 +326,48 @@ static void test_a_part_after_a_fold(void** state) {
     course_end(&c);
 }
 
+// The first estimate attaches everything: no point may be grasped, and the loop would end. It was free in the belief
+// before: the twin frees it again, and another point is grasped.
+static void test_doubt(void** state) {
+    (void)state;
+    for (int has_doubt = 0; has_doubt < 2; ++has_doubt) {
+        Course c;
+        OmScene scene = warn_scene(0.1e-3, 0.02, 0.03);
+        scene.task.max_height = scene.task.retract = 0.02;
+        scene.task.visibility = 0.99;
+        scene.tissue.friction = 0.3;  // a free twin without friction slides away
+        course_begin(&c, scene, false, false);
+        c.teacher.attaches_all = true;
+        for (int b = 0; b < 25; ++b)
+            if (b != 12 && b != 20)
+                assert_ok(om_loop_command(c.loop, &(OmLoopCommand){OM_LOOP_FORBID, .block = b}));
+        if (!has_doubt) {
+            om_free(c.loop->always);
+            c.loop->always = NULL;
+        }
+        tick_to_end(c.loop);
+        const OmRetractResult* r = om_loop_result(c.loop);
+        print_course(r);
+        assert_true(r->nupdate >= 1);
+        assert_int_equal(r->update[0].stage, OM_UPDATE_ADOPTED);
+        assert_int_equal(c.seen.ndoubt > 0, has_doubt);
+        if (has_doubt) {
+            assert_int_equal(c.seen.nrest, 0);
+            assert_true(r->naction > c.seen.naction);
+            assert_int_not_equal(r->outcome, OM_RETRACT_NO_PLAN);
+        } else {
+            assert_int_equal(r->outcome, OM_RETRACT_NO_PLAN);
+        }
+        course_end(&c);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_warning),          cmocka_unit_test(test_state_one),
         cmocka_unit_test(test_state_two),           cmocka_unit_test(test_nothing_is_learnt),
         cmocka_unit_test(test_state_three),         cmocka_unit_test(test_a_part),
-        cmocka_unit_test(test_a_part_after_a_fold),
+        cmocka_unit_test(test_a_part_after_a_fold), cmocka_unit_test(test_doubt),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
