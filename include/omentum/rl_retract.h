@@ -42,6 +42,7 @@ typedef struct OmRlKidney {  // a bent ellipsoid: ((x - bend y^2) / a)^2 + (y / 
 } OmRlKidney;
 
 #define OM_RL_MAX_POINT 64
+#define OM_RL_MAX_VARIANT 64
 
 typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths in m
     // ---- tissue
@@ -79,21 +80,29 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     int max_step;            // default 2500
     int hold;                // steps that the tip stays at p_T until an episode ends; default 10
     bool has_fixed_horizon;  // an episode never ends before max_step; default false
-    int repeat;              // of an action in a step, 1 to 100; default 1
-    bool has_gripper;        // the gripper is a fourth action, 0 open and 1 close; default false
-    double move;             // of the tip along an axis in a step; default 0.5 mm
-    double time_step;        // s of tissue in a step; default 0.02
-    double grasp_radius;     // fat within this distance of the tip is held; default 5 mm
-    double reach;            // fat within this distance of the tip is grasped; default 2 mm
-    double start_height;     // of the tip above the fat at the start; default 12 mm
-    OmRlReward reward;       // default OM_RL_REWARD_EXPOSE
-    int npoint;              // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
-    bool has_picture;  // the observation is the endoscope's picture, nothing else; default false
-    bool is_awake;     // step the tissue also while nothing touches it; default false
+    // steps within 2 mm of one place after which an episode ends: the tip stands still; 0 (default): never
+    int still;
+    int repeat;           // of an action in a step, 1 to 100; default 1
+    bool has_gripper;     // the gripper is a fourth action, 0 open and 1 close; default false
+    double move;          // of the tip along an axis in a step; default 0.5 mm
+    double time_step;     // s of tissue in a step; default 0.02
+    double grasp_radius;  // fat within this distance of the tip is held; default 5 mm
+    double reach;         // fat within this distance of the tip is grasped; default 2 mm
+    double start_height;  // of the tip above the fat at the start; default 12 mm
+    OmRlReward reward;    // default OM_RL_REWARD_EXPOSE
+    int npoint;           // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
+    bool has_picture;     // the observation is the endoscope's picture, nothing else; default false
+    bool is_awake;        // step the tissue also while nothing touches it; default false
     // ---- errors of "reality" and of randomisation
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;
     double camera_noise;  // standard deviation of a pixel's value, 0 to 255; default 0
+    // Bodies, 1 to OM_RL_MAX_VARIANT; each episode draws one. Body k is the same in every task; each takes a second to
+    // make. Default 1: the body of this definition.
+    int nvariant;
+    double vary_thickness;  // thickness of a body is up to this share more or less; default 0
+    double vary_softness;   // young and cluster_stiffness are up to this share less; default 0
+    double vary_kidney;     // kidney_shift is up to this distance off, in x and y; default 0
     OmCookie cookie;
 } OmRlRetractDef;
 

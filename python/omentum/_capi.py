@@ -91,6 +91,7 @@ OM_RL_MAX_ACTION = 8
 OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
 OM_RL_MAX_POINT = 64
+OM_RL_MAX_VARIANT = 64
 OM_RL_MIN_SIDE = 36
 OM_RL_NAME = 32
 OM_RL_NMETHOD = 3
@@ -5716,21 +5717,29 @@ class OmRlRetractDef(Struct):
     int max_step;            // default 2500
     int hold;                // steps that the tip stays at p_T until an episode ends; default 10
     bool has_fixed_horizon;  // an episode never ends before max_step; default false
-    int repeat;              // of an action in a step, 1 to 100; default 1
-    bool has_gripper;        // the gripper is a fourth action, 0 open and 1 close; default false
-    double move;             // of the tip along an axis in a step; default 0.5 mm
-    double time_step;        // s of tissue in a step; default 0.02
-    double grasp_radius;     // fat within this distance of the tip is held; default 5 mm
-    double reach;            // fat within this distance of the tip is grasped; default 2 mm
-    double start_height;     // of the tip above the fat at the start; default 12 mm
-    OmRlReward reward;       // default OM_RL_REWARD_EXPOSE
-    int npoint;              // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
-    bool has_picture;  // the observation is the endoscope's picture, nothing else; default false
-    bool is_awake;     // step the tissue also while nothing touches it; default false
+    // steps within 2 mm of one place after which an episode ends: the tip stands still; 0 (default): never
+    int still;
+    int repeat;           // of an action in a step, 1 to 100; default 1
+    bool has_gripper;     // the gripper is a fourth action, 0 open and 1 close; default false
+    double move;          // of the tip along an axis in a step; default 0.5 mm
+    double time_step;     // s of tissue in a step; default 0.02
+    double grasp_radius;  // fat within this distance of the tip is held; default 5 mm
+    double reach;         // fat within this distance of the tip is grasped; default 2 mm
+    double start_height;  // of the tip above the fat at the start; default 12 mm
+    OmRlReward reward;    // default OM_RL_REWARD_EXPOSE
+    int npoint;           // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
+    bool has_picture;     // the observation is the endoscope's picture, nothing else; default false
+    bool is_awake;        // step the tissue also while nothing touches it; default false
     // ---- errors of "reality" and of randomisation
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;
     double camera_noise;  // standard deviation of a pixel's value, 0 to 255; default 0
+    // Bodies, 1 to OM_RL_MAX_VARIANT; each episode draws one. Body k is the same in every task; each takes a second to
+    // make. Default 1: the body of this definition.
+    int nvariant;
+    double vary_thickness;  // thickness of a body is up to this share more or less; default 0
+    double vary_softness;   // young and cluster_stiffness are up to this share less; default 0
+    double vary_kidney;     // kidney_shift is up to this distance off, in x and y; default 0
     OmCookie cookie;
 } OmRlRetractDef;"""
     tissue: Choice[OmRlTissue]
@@ -5761,6 +5770,7 @@ class OmRlRetractDef(Struct):
     max_step: int
     hold: int
     has_fixed_horizon: bool
+    still: int
     repeat: int
     has_gripper: bool
     move: float
@@ -5774,6 +5784,10 @@ class OmRlRetractDef(Struct):
     is_awake: bool
     tip_error: float
     camera_noise: float
+    nvariant: int
+    vary_thickness: float
+    vary_softness: float
+    vary_kidney: float
     cookie: int
 
 
@@ -7082,7 +7096,7 @@ complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobserva
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
-complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("still", c_int), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("nvariant", c_int), ("vary_thickness", c_double), ("vary_softness", c_double), ("vary_kidney", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrace, [("name", c_char * 256), ("n", c_int), ("has_jaw", c_bool), ("time", c_void_p), ("tip", c_void_p), ("jaw", c_void_p), ("line", c_void_p)], {})
 complete(OmRlFollow, [("deviation", c_double), ("score", c_double), ("nstep", c_int), ("is_terminated", c_bool)], {})

@@ -44,6 +44,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
         .reach = 0.002,
         .start_height = 0.012,
         .reward = OM_RL_REWARD_EXPOSE,
+        .nvariant = 1,
         .cookie = COOKIE,
     };
     OmVec3 look = om_vec3(-0.020, 0, 0.040);
@@ -94,7 +95,10 @@ static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
                                     LIMIT(start_height, 0.003, 0.05),
                                     LIMIT(goal_along, 0, OM__RL_LENGTH),
                                     LIMIT(tip_error, 0, 0.02),
-                                    LIMIT(camera_noise, 0, 100)};
+                                    LIMIT(camera_noise, 0, 100),
+                                    LIMIT(vary_thickness, 0, 0.5),
+                                    LIMIT(vary_softness, 0, 0.9),
+                                    LIMIT(vary_kidney, 0, 0.02)};
 
 static OmStatus check_def(const OmRlRetractDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
@@ -118,6 +122,9 @@ static OmStatus check_def(const OmRlRetractDef* d) {
              d->picture_width, d->picture_height);
     OM_CHECK(!d->has_picture || d->npoint == 0, OM_INVALID,
              "rl retract: the observation is a picture, so npoint must be 0, not %d", d->npoint);
+    OM_CHECK(d->still >= 0, OM_INVALID, "rl retract: still is %d; it must be 0 or more", d->still);
+    OM_CHECK(d->nvariant >= 1 && d->nvariant <= OM_RL_MAX_VARIANT, OM_INVALID,
+             "rl retract: nvariant is %d; it must be from 1 to %d", d->nvariant, OM_RL_MAX_VARIANT);
     OmVec3 lo = d->workspace_lo, hi = d->workspace_hi, p = d->target;
     OM_CHECK(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z, OM_INVALID,
              "rl retract: the corners of the workspace are in the wrong order");
@@ -295,6 +302,7 @@ static void fill_head(OmRlRetract* t) {
                     d->camera_noise, t->q.x,         t->q.y,
                     t->q.z,          d->goal_along,  d->cluster_stiffness};
     h->hash = om_hash(own, sizeof own, hash);
+    if (d->still > 0) h->hash = om_hash(&d->still, sizeof d->still, h->hash);
     // a state with kinematics alone has the hash that it had before there were pictures
     if (d->has_picture)
         h->hash = om_hash((int[2]){d->picture_width, d->picture_height}, 2 * sizeof(int), h->hash);
@@ -355,6 +363,7 @@ OmStatus om_rl_retract_create(const OmRlRetractDef* def, OmRlTask** task) {
     *task = NULL;
     OM_CHECK(def, OM_INVALID, "rl retract: the definition is null");
     OM_TRY(check_def(def));
+    if (def->nvariant > 1) return om__rl_varied_create(def, task);
     OmRlRetract* t = om_calloc(1, sizeof *t);
     if (!t) return OM_NO_MEMORY;
     t->def = *def;

@@ -62,7 +62,8 @@ typedef struct OmRlEpisode {  // plain data of a state
     double quality;        // of that place, 0 to 1
     double exposure;       // visible share of the tumour's points now
     double potential;      // of reward (b)
-    int step, nhold, nstill;
+    OmVec3 place;          // of the tip, since nplace steps within AT_TARGET
+    int step, nhold, nstill, nplace;
     int frame;                              // pictures taken
     bool is_holding, is_closed, is_moving;  // is_moving: the fat is not at rest
     bool is_moved;                          // the fat left its rest in this episode
@@ -148,6 +149,13 @@ static inline int om__rl_choice_towards(double way, double move) {
 OmVec3 om__rl_draw_error(double mean, OmRng* rng);
 /// The vertex of the fat next to the true tip, and its distance.
 int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* distance);
+
+// ---- rl_retract_vary.c
+
+/// Body k of a varied task.
+OmRlRetractDef om__rl_draw_body(const OmRlRetractDef* def, int k);
+/// A task whose episodes draw one of def->nvariant bodies.
+OmStatus om__rl_varied_create(const OmRlRetractDef* def, OmRlTask** task);
 
 // ---- rl_retract.c
 

@@ -33,6 +33,7 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"hold", COUNT, AT(hold), 1, 1, 1e6},
                                 {"fixed_horizon", FLAG, AT(has_fixed_horizon), 1, 0, 1},
                                 {"repeat", COUNT, AT(repeat), 1, 1, 100},
+                                {"still", COUNT, AT(still), 1, 0, 1e9},
                                 {"gripper", FLAG, AT(has_gripper), 1, 0, 1},
                                 {"move_mm", NUMBER, AT(move), 1e-3, 0.01, 5},
                                 {"start_height_mm", NUMBER, AT(start_height), 1e-3, 3, 50},
@@ -40,7 +41,11 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"picture", FLAG, AT(has_picture), 1, 0, 1},
                                 {"awake", FLAG, AT(is_awake), 1, 0, 1},
                                 {"tip_error_mm", NUMBER, AT(tip_error), 1e-3, 0, 20},
-                                {"camera_noise", NUMBER, AT(camera_noise), 1, 0, 100}};
+                                {"camera_noise", NUMBER, AT(camera_noise), 1, 0, 100},
+                                {"variants", COUNT, AT(nvariant), 1, 1, OM_RL_MAX_VARIANT},
+                                {"vary_thickness", NUMBER, AT(vary_thickness), 1, 0, 0.5},
+                                {"vary_softness", NUMBER, AT(vary_softness), 1, 0, 0.9},
+                                {"vary_kidney_mm", NUMBER, AT(vary_kidney), 1e-3, 0, 20}};
 enum { NSETTING = sizeof table / sizeof *table };
 
 // Settings whose value is a word.

@@ -245,6 +245,7 @@ static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
     if (start < 0) height += om_rng_range(r, -0.25, 0.25) * t->def.start_height;
     OmVec3 lo = t->fat_lo, hi = t->fat_hi;
     s->now.tip = om__rl_start_above(t, hi.x - u * (hi.x - lo.x), lo.y + v * (hi.y - lo.y), height);
+    s->now.place = s->now.tip;
     s->now.error = om__rl_draw_error(t->def.tip_error, r);
     if (was_moved) memcpy(s->tissue, t->rest, t->tissue_size);
     s->now.exposure = t->rest_exposure;
@@ -268,6 +269,17 @@ static OmStatus work_gripper(const OmRlRetract* t, OmRlRetractState* s, const in
     return is_wanted && is_near ? om__rl_grasp(t, s) : OM_OK;
 }
 
+static void count_still(OmRlEpisode* e) {
+    bool is_there = om_distance(e->tip, e->place) <= AT_TARGET;
+    e->nplace = is_there ? e->nplace + 1 : 0;
+    if (!is_there) e->place = e->tip;
+}
+
+static bool is_over(const OmRlRetract* t, const OmRlEpisode* e) {
+    if (t->def.has_fixed_horizon) return false;
+    return e->nhold >= t->def.hold || (t->def.still > 0 && e->nplace >= t->def.still);
+}
+
 static OmStatus step(const OmRlTask* task, void* state, const int* action, double* reward,
                      bool* is_terminated) {
     const OmRlRetract* t = om__rl_retract(task);
@@ -281,7 +293,8 @@ static OmStatus step(const OmRlTask* task, void* state, const int* action, doubl
         bool is_there = s->now.is_holding && om_distance(s->now.tip, t->def.target) <= AT_TARGET;
         s->now.nhold = is_there ? s->now.nhold + 1 : 0;
         ++s->now.step;
-        *is_terminated = s->now.nhold >= t->def.hold && !t->def.has_fixed_horizon;
+        count_still(&s->now);
+        *is_terminated = is_over(t, &s->now);
         *reward += reward_of(t, &s->now, *is_terminated);
     }
     return look(t, s);

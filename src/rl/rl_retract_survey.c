@@ -56,7 +56,7 @@ static void run_block(void* ctx, int begin, int end, int block) {
 
 OmStatus om_rl_retract_survey(const OmRlTask* task, int nworker, OmRlSurvey* survey) {
     OM_CHECK(task && task->ops == &om__rl_retract_ops, OM_INVALID,
-             "rl retract: the survey needs a task made by om_rl_retract_create");
+             "rl retract: the survey needs a task made by om_rl_retract_create, with one variant");
     *survey = (OmRlSurvey){0};
     for (int k = 0; k < OM_RL_GRID; ++k) {
         survey->along[k] = OM__RL_LENGTH * (k + 0.5) / OM_RL_GRID;
