@@ -97,7 +97,8 @@ typedef struct OmRlEvalDef {
     OmCookie cookie;
     const OmRlTask* task;
     OmRlPolicy* policy;  // null: the task's expert, or without one random actions
-    int nepisode;    // 0 (default): one from each start of the evaluation, or 100 drawn episodes
+    int nepisode;   // 0 (default): one from each start of the evaluation, or 100 drawn episodes
+    bool is_drawn;  // episodes begin at drawn starts, not at those of the evaluation; default false
     bool is_random;  // actions are drawn from the policy; default false: the most probable action
     bool is_expert;  // the task's expert acts; default false
     int nworker;     // 0 (default): one per processor; the same bytes for any

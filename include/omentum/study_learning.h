@@ -31,7 +31,10 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int nsetting;                    //
     // more settings, for training alone; default move_mm=2, max_step=150 (ntrain_setting)
     const OmRlSetting* train_setting;
-    int ntrain_setting;            //
+    int ntrain_setting;  //
+    // more settings, for evaluation alone; default still=100 (neval_setting)
+    const OmRlSetting* eval_setting;
+    int neval_setting;             //
     bool has[OM_NLEARNER];         // default all
     int nseed;                     // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;                 // of a training of PPO, default 100,000

@@ -5653,7 +5653,8 @@ class OmRlEvalDef(Struct):
     OmCookie cookie;
     const OmRlTask* task;
     OmRlPolicy* policy;  // null: the task's expert, or without one random actions
-    int nepisode;    // 0 (default): one from each start of the evaluation, or 100 drawn episodes
+    int nepisode;   // 0 (default): one from each start of the evaluation, or 100 drawn episodes
+    bool is_drawn;  // episodes begin at drawn starts, not at those of the evaluation; default false
     bool is_random;  // actions are drawn from the policy; default false: the most probable action
     bool is_expert;  // the task's expert acts; default false
     int nworker;     // 0 (default): one per processor; the same bytes for any
@@ -5663,6 +5664,7 @@ class OmRlEvalDef(Struct):
     task: Any
     policy: Any
     nepisode: int
+    is_drawn: bool
     is_random: bool
     is_expert: bool
     nworker: int
@@ -7094,7 +7096,7 @@ complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction",
 complete(OmRlDriveNow, [("episode", c_int), ("nstep", c_int), ("sum", c_double), ("is_over", c_bool), ("is_terminated", c_bool)], {})
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("seed", c_uint64)], {"activation": OmActivation})
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
-complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
+complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_drawn", c_bool), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
 complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("still", c_int), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("nvariant", c_int), ("vary_thickness", c_double), ("vary_softness", c_double), ("vary_kidney", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})

@@ -14,6 +14,7 @@ static const OmCliOption option[] = {
      "policy: random actions"},
     {"--episodes", "-n", "N", "episodes", "one from each start of the evaluation, or 100 drawn",
      NULL, 1, 10000},
+    {"--drawn", NULL, NULL, "drawn starts instead of those of the evaluation: to choose settings"},
     {"--seed", NULL, "N", "seed of the episodes", "1000", NULL, 0, 2147483647},
     {"--output", "-o", "FILE", "table of the episodes, CSV"},
     {"--workers", NULL, "N", "threads; the result does not depend on it", "one per processor", NULL,
@@ -41,9 +42,10 @@ static OmStatus save_table(const OmRlEval* e, const char* path) {
 }
 
 // The scores of the starts, in rows of a square where their number is a square.
-static void print_scores(const OmRlTask* task, const OmRlEval* e) {
+static void print_scores(const OmRlTask* task, const OmRlEvalDef* def, const OmRlEval* e) {
     int side = (int)lround(sqrt(e->nepisode));
-    if (side * side != e->nepisode || e->nepisode != task->nstart || side > 16) return;
+    if (def->is_drawn || side * side != e->nepisode || e->nepisode != task->nstart || side > 16)
+        return;
     for (int i = 0; i < e->nepisode; ++i)
         printf("%6.2f%s", e->score[i], i % side == side - 1 ? "\n" : "");
 }
@@ -60,6 +62,7 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     OM_TRY_DONE(om_cli_int(args, "--seed", &seed));
     OM_TRY_DONE(om_cli_int(args, "--workers", &def.nworker));
     def.seed = (uint64_t)seed;
+    def.is_drawn = om_cli_get(args, "--drawn") != NULL;
     def.is_random = om_cli_get(args, "--random") != NULL;
     def.is_expert = om_cli_get(args, "--expert") != NULL;
     OM_TRY_DONE(om_rl_eval_run(&def, om_cli_progress(om_cli_get(args, "--quiet") != NULL), &e));
@@ -70,7 +73,7 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     om_cli_figure("score", e.mean_score);
     om_cli_figure("lowest_score", e.min_score);
     om_cli_figure("steps", e.mean_length);
-    print_scores(task, &e);
+    print_scores(task, &def, &e);
     printf("%d episodes: %s %.3f, lowest %.3f; return %.2f, %.1f steps\n", e.nepisode,
            task->score_name ? task->score_name : "return", e.mean_score, e.min_score, e.mean_return,
            e.mean_length);

@@ -36,6 +36,7 @@ typedef struct Running {
 static OmStatus running_init(const OmRlEvalDef* def, int n, Running* r) {
     const OmRlTask* task = def->task;
     OmRlVecDef vec = om_rl_vec_default_def(task);
+    const bool is_drawn = def->is_drawn || task->nstart == 0;
     r->def = def;
     r->n = n;
     vec.nenv = n;
@@ -55,7 +56,7 @@ static OmStatus running_init(const OmRlEvalDef* def, int n, Running* r) {
     if (!r->is_done) return OM_NO_MEMORY;
     for (int i = 0; i < n; ++i) {
         r->rng[i] = om_rng_init(def->seed, 0x6576616c00000000ull + (uint64_t)i);
-        OM_TRY(om_rl_vec_reset_one(r->vec, i, task->nstart > 0 ? i % task->nstart : -1,
+        OM_TRY(om_rl_vec_reset_one(r->vec, i, is_drawn ? -1 : i % task->nstart,
                                    r->obs + (ptrdiff_t)i * task->nobservation));
     }
     return OM_OK;
@@ -128,7 +129,8 @@ OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRl
     OM_CHECK(def->nepisode >= 0 && def->nepisode <= MAX_EPISODE, OM_INVALID,
              "evaluation: nepisode is %d, outside 0 to %d", def->nepisode, MAX_EPISODE);
     if (def->policy) OM_TRY(om_rl_policy_check(def->policy, def->task));
-    int n = def->nepisode ? def->nepisode : def->task->nstart ? def->task->nstart : DRAWN;
+    int n = def->nepisode;
+    if (n == 0) n = def->task->nstart && !def->is_drawn ? def->task->nstart : DRAWN;
     OM_ALLOC_DONE(eval->ret, n);
     OM_ALLOC_DONE(eval->score, n);
     OM_ALLOC_DONE(eval->length, n);

@@ -25,10 +25,13 @@ const char* om_study_learner_name(OmStudyLearner learner) {
 
 OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
     static const OmRlSetting coarse[] = {{"move_mm", "2"}, {"max_step", "150"}};
+    static const OmRlSetting patient[] = {{"still", "100"}};
     return (OmStudyLearningDef){.out_dir = out_dir,
                                 .task = "retract",
                                 .train_setting = coarse,
                                 .ntrain_setting = 2,
+                                .eval_setting = patient,
+                                .neval_setting = 1,
                                 .has = {true, true, true, true},
                                 .nseed = 3,
                                 .nstep = 100000,
@@ -53,8 +56,8 @@ static OmStatus validate(const OmStudyLearningDef* d) {
     OM_CHECK(d->task, OM_INVALID, "learning study: no task");
     OM_CHECK(d->nseed >= 1 && d->nseed <= LEARNING_MAX_SEED, OM_INVALID,
              "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
-    OM_CHECK(d->nsetting >= 0 && d->ntrain_setting >= 0 &&
-                 d->nsetting + d->ntrain_setting <= MAX_SETTING - 2,
+    OM_CHECK(d->nsetting >= 0 && d->ntrain_setting >= 0 && d->neval_setting >= 0 &&
+                 d->nsetting + d->ntrain_setting + d->neval_setting <= MAX_SETTING - 2,
              OM_INVALID, "learning study: more than %d settings", MAX_SETTING - 2);
     return OM_OK;
 }
@@ -67,6 +70,7 @@ static OmStatus make_task(const OmStudyLearningDef* d, OmStudyLearner learner, b
     int n = 0;
     for (int i = 0; i < d->nsetting; ++i) all[n++] = d->setting[i];
     for (int i = 0; is_training && i < d->ntrain_setting; ++i) all[n++] = d->train_setting[i];
+    for (int i = 0; !is_training && i < d->neval_setting; ++i) all[n++] = d->eval_setting[i];
     if (learner == OM_LEARNER_THESIS) all[n++] = (OmRlSetting){"reward", "thesis"};
     if (is_reality) all[n++] = (OmRlSetting){"world", "reality"};
     return om_rl_task_create(d->task, all, n, task);
@@ -171,16 +175,15 @@ static bool load_scores(const char* path, uint64_t hash, int n, double* score) {
     return is_good;
 }
 
-static OmStatus evaluate(const Learning* s, OmStudyLearner learner, int seed, int world,
-                         OmRlPolicy* policy, const OmProgress* progress, LearningRun* run) {
+static OmStatus evaluate(Learning* s, OmStudyLearner learner, int seed, int world,
+                         const OmRlTask* task, OmRlPolicy* policy, const OmProgress* progress) {
     char name[NAME], path[1024];
-    OmRlTask* task = NULL;
+    LearningRun* run = &s->run[learner][seed - FIRST_SEED];
     OmRlEval eval = {0};
     OmStatus status;
     snprintf(name, sizeof name, "%s-%d-%s.csv", om_study_learner_name(learner), seed,
              world ? "reality" : "training");
     OM_TRY(path_of(s, name, path));
-    OM_TRY(make_task(s->def, learner, false, world == 1, &task));
     OmRlEvalDef def = om_rl_eval_default_def(task, policy);
     def.nworker = s->def->nworker;
     def.nepisode = s->nstart;
@@ -193,20 +196,30 @@ static OmStatus evaluate(const Learning* s, OmStudyLearner learner, int seed, in
     status = save_scores(path, hash, s->nstart, run->score[world]);
 done:
     om_rl_eval_done(&eval);
-    om_rl_task_destroy(task);
     return status;
 }
 
 static OmStatus run_one(Learning* s, OmStudyLearner learner, int k, const char* demos,
-                        const OmProgress* progress) {
+                        const OmRlTask* task, const OmProgress* progress) {
     LearningRun* run = &s->run[learner][k];
     OmRlTrainResult result;
     OM_TRY(train(s, learner, FIRST_SEED + k, demos, progress, run, &result));
-    OmStatus status = evaluate(s, learner, FIRST_SEED + k, 0, result.policy, progress, run);
-    if (status >= 0 && s->def->has_reality)
-        status = evaluate(s, learner, FIRST_SEED + k, 1, result.policy, progress, run);
+    OmStatus status = evaluate(s, learner, FIRST_SEED + k, 0, task, result.policy, progress);
     om_rl_train_result_done(&result);
     run->is_there = status >= 0;
+    return status;
+}
+
+static OmStatus run_reality(Learning* s, OmStudyLearner learner, int k, const OmRlTask* task,
+                            const OmProgress* progress) {
+    char name[NAME], dir[1024], path[1024];
+    OmRlPolicy* policy;
+    snprintf(name, sizeof name, "%s-%d", om_study_learner_name(learner), FIRST_SEED + k);
+    OM_TRY(path_of(s, name, dir));
+    OM_TRY(om_path_join(dir, "policy.safetensors", path, sizeof path));
+    OM_TRY(om_rl_policy_load(path, &policy));
+    OmStatus status = evaluate(s, learner, FIRST_SEED + k, 1, task, policy, progress);
+    om_rl_policy_destroy(policy);
     return status;
 }
 
@@ -313,7 +326,8 @@ static void learning_done(Learning* s) {
         }
 }
 
-static OmStatus run_all(Learning* s, const OmProgress* progress) {
+// Scores do not depend on the reward, so all policies act in one task.
+static OmStatus run_training(Learning* s, const OmProgress* progress) {
     const OmStudyLearningDef* d = s->def;
     char demos[1024];
     OmRlTask* task;
@@ -323,9 +337,30 @@ static OmStatus run_all(Learning* s, const OmProgress* progress) {
     OmStatus status = make_demos(s, progress, demos);
     for (int k = 0; k < d->nseed && status >= 0; ++k)
         for (int l = 0; l < OM_NLEARNER && status >= 0; ++l)
-            if (d->has[l]) status = run_one(s, (OmStudyLearner)l, k, demos, progress);
+            if (d->has[l]) status = run_one(s, (OmStudyLearner)l, k, demos, task, progress);
     om_rl_task_destroy(task);  // score_name is a constant of the kind of task
     return status;
+}
+
+// GAIL and PPO first: they have bounds.
+static OmStatus run_all_reality(Learning* s, const OmProgress* progress) {
+    static const OmStudyLearner order[OM_NLEARNER] = {OM_LEARNER_GAIL, OM_LEARNER_PPO,
+                                                      OM_LEARNER_CLONE, OM_LEARNER_THESIS};
+    const OmStudyLearningDef* d = s->def;
+    OmRlTask* task;
+    OM_TRY(make_task(d, OM_LEARNER_PPO, false, true, &task));
+    OmStatus status = OM_OK;
+    for (int l = 0; l < OM_NLEARNER; ++l)
+        for (int k = 0; k < d->nseed && status >= 0; ++k)
+            if (d->has[order[l]]) status = run_reality(s, order[l], k, task, progress);
+    om_rl_task_destroy(task);
+    return status;
+}
+
+static OmStatus finish(Learning* s, OmStudyLearningSummary* summary) {
+    summarise(s, summary);
+    OM_TRY(save_json(s, summary));
+    return om__learning_report(s, summary);
 }
 
 OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* progress,
@@ -338,10 +373,12 @@ OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* 
     OM_CALLOC_DONE(s, 1);
     s->def = def;
     OM_TRY_DONE(om_folder_open(def->out_dir, "learning study", &folder));
-    OM_TRY_DONE(run_all(s, progress));
-    summarise(s, summary);
-    OM_TRY_DONE(save_json(s, summary));
-    OM_TRY_DONE(om__learning_report(s, summary));
+    OM_TRY_DONE(run_training(s, progress));
+    OM_TRY_DONE(finish(s, summary));
+    if (def->has_reality) {  // takes longer; the report is there already
+        OM_TRY_DONE(run_all_reality(s, progress));
+        OM_TRY_DONE(finish(s, summary));
+    }
 done:
     om_folder_end(&folder);
     if (s) learning_done(s);

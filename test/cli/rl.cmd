@@ -27,6 +27,15 @@ out ^1024 steps
 $ omentum rl eval -t reach -p whole/policy.safetensors -q -o table.csv
 exit 0
 out ^27 episodes: reached 1\.000
+# Drawn starts: another number of episodes, and other starts than those of the evaluation.
+$ omentum rl eval -t reach --expert --drawn -q
+exit 0
+out ^100 episodes: reached 1\.000
+$ $OMENTUM rl eval -t reach --expert --drawn -n 27 -q > drawn; $OMENTUM rl eval -t reach --expert -n 27 -q > starts; cut -c1-26 drawn starts; cmp -s drawn starts || echo others
+exit 0
+out ^27 episodes: reached 1\.00
+out ^27 episodes: reached 1\.00
+out ^others$
 $ head -2 table.csv
 exit 0
 out ^episode,return,score,steps,ended$
