@@ -29,22 +29,26 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     const char* task;                // default "retract"
     const OmRlSetting* setting;      // of the task; default none (nsetting)
     int nsetting;                    //
-    // more settings, for training alone; default move_mm=2, max_step=150 (ntrain_setting)
+    // more settings, for PPO's training alone; default move_mm=2, max_step=150 (ntrain_setting)
     const OmRlSetting* train_setting;
     int ntrain_setting;  //
     // more settings, for evaluation alone; default still=100 (neval_setting)
     const OmRlSetting* eval_setting;
-    int neval_setting;             //
-    bool has[OM_NLEARNER];         // default all
-    int nseed;                     // 1 to 9; seeds 1, 2, ..; default 3
-    int64_t nstep;                 // of a training of PPO, default 100,000
-    double rate;                   // learning rate; default 1e-3
-    int horizon, batch;            // default 64, 128
-    int nepoch;                    // passes over the samples of an iteration; default 10
-    int64_t gail_nstep;            // of GAIL: default 16,384
-    double gail_rate;              // default 5e-4
-    int gail_horizon, gail_batch;  // default 32, 64
-    int clone_epoch;               // epochs of cloning before GAIL; default 50
+    int neval_setting;      //
+    bool has[OM_NLEARNER];  // default all
+    int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
+    int64_t nstep;          // of a training of PPO, default 131,072
+    double rate;            // learning rate; default 1e-3
+    int horizon, batch;     // default 64, 128
+    int nepoch;             // passes over the samples of an iteration; default 10
+    // more settings, for demonstrations, GAIL and cloning; default max_step=700: the moves are those of the evaluation
+    const OmRlSetting* gail_setting;
+    int ngail_setting;             //
+    int64_t gail_nstep;            // of GAIL: default 32,768
+    double gail_rate;              // default 3e-4
+    double gail_entropy;           // default 1e-3
+    int gail_horizon, gail_batch;  // default 64, 128
+    int clone_epoch;               // epochs of cloning before GAIL; default 100
     int ndemo;                     // default 35
     bool has_reality;              // evaluate with world=reality too; default true
     int nworker;                   // default 0: one a processor

@@ -13,8 +13,8 @@ static const OmCliOption option[] = {
     {"--set", "-s", "KEY=VALUE", "a setting of the task; may be repeated"},
     {"--learners", NULL, "LIST", "of ppo-thesis, ppo, gail, clone", "all"},
     {"--seeds", NULL, "N", "trainings of each learner", "3", NULL, 1, 9},
-    {"--steps", "-n", "N", "steps of a training of PPO", "100000", NULL, 1, 2e9},
-    {"--gail-steps", NULL, "N", "steps of a training of GAIL", "16384", NULL, 1, 2e9},
+    {"--steps", "-n", "N", "steps of a training of PPO", "131072", NULL, 1, 2e9},
+    {"--gail-steps", NULL, "N", "steps of a training of GAIL", "32768", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},
     {"--same-task", NULL, NULL, "train in the task of the evaluation, with moves of 0.5 mm"},
     {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
@@ -70,7 +70,8 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     def->nstep = nstep;
     def->gail_nstep = gail_nstep;
     def->has_reality = om_cli_get(args, "--no-reality") == NULL;
-    if (om_cli_get(args, "--same-task")) def->ntrain_setting = def->neval_setting = 0;
+    if (om_cli_get(args, "--same-task"))
+        def->ntrain_setting = def->ngail_setting = def->neval_setting = 0;
     return om_cli_int(args, "--workers", &def->nworker);
 }
 
