@@ -183,9 +183,12 @@ typedef struct OmSceneTask {
     // N: by how much the force on the true tissue may exceed the twin's estimate. The arms act at
     // force_threshold less this. Calibrated for each scene; default 0.
     double force_margin;
-    double max_height;    // m; default 50 mm
-    double pull_step;     // m; default 10 mm
-    double visibility;    // share that counts as exposed; default 0.8
+    double max_height;  // m; default 50 mm
+    double pull_step;   // m; default 10 mm
+    double visibility;  // share that counts as exposed; default 0.8
+    // A motion ends where the ROI is visible by this share more: `visibility` is the least that is
+    // wanted, 1 less `visibility` asks for all of it. Default 0.05
+    double visibility_margin;
     double speed;         // m/s; default 20 mm/s
     double grasp_radius;  // m; default 5 mm
     double time_step;     // s; default 0.02

@@ -2347,9 +2347,12 @@ class OmSceneTask(Struct):
     // N: by how much the force on the true tissue may exceed the twin's estimate. The arms act at
     // force_threshold less this. Calibrated for each scene; default 0.
     double force_margin;
-    double max_height;    // m; default 50 mm
-    double pull_step;     // m; default 10 mm
-    double visibility;    // share that counts as exposed; default 0.8
+    double max_height;  // m; default 50 mm
+    double pull_step;   // m; default 10 mm
+    double visibility;  // share that counts as exposed; default 0.8
+    // A motion ends where the ROI is visible by this share more: `visibility` is the least that is
+    // wanted, 1 less `visibility` asks for all of it. Default 0.05
+    double visibility_margin;
     double speed;         // m/s; default 20 mm/s
     double grasp_radius;  // m; default 5 mm
     double time_step;     // s; default 0.02
@@ -2370,6 +2373,7 @@ class OmSceneTask(Struct):
     max_height: float
     pull_step: float
     visibility: float
+    visibility_margin: float
     speed: float
     grasp_radius: float
     time_step: float
@@ -6956,7 +6960,7 @@ complete(OmSceneRegistration, [("shift", OmVec3), ("turn", OmVec3)], {})
 complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_double), ("margin", c_double)], {})
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
-complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
+complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})

@@ -215,7 +215,7 @@ static void keep_force(const Try* t) {
 static OmStatus act(Try* t, OmPlanVerb verb, bool* is_exposed, OmActionOutcome* outcome) {
     *is_exposed = false;
     for (int k = 0; k < MAX_CONTINUED && !*is_exposed && !t->is_cut; ++k) {
-        double margin = MARGIN * (1 + k);
+        const double margin = t->a->task->visibility_margin * (1 + k);
         t->naction += 1;
         t->npull += verb == OM_PLAN_PULL;
         OM_TRY(verb == OM_PLAN_PULL ? pull(t, margin, outcome) : fold(t, verb, margin, outcome));

@@ -281,7 +281,7 @@ static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
     bool is_done;
     loop->stage = STAGE_ACTION;
     loop->action_begin = loop->time;
-    loop->margin = MARGIN * (1 + loop->ncontinued);
+    loop->margin = loop->task.visibility_margin * (1 + loop->ncontinued);
     OM_TRY(om__loop_notify_action_begin(loop));
     OM_TRY(om__action_begin(loop, &loop->plan.action[loop->action_index], &is_done));
     *needs_tick = !is_done;

@@ -54,8 +54,6 @@ typedef struct Watch {
 #define VISIBLE_TIME 0.5  // s for which the ROI must be seen without a break
 #define VERIFY_LIMIT 1.5  // s, longest verification
 #define MAX_CONTINUED 8   // commands of one action, counting those after the ROI closed
-// A motion stops at this visibility above the wanted one; one more such margin each time the action is continued.
-#define MARGIN 0.05
 
 // The loop's data of one arm.
 typedef struct ArmState {

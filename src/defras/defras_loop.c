@@ -73,6 +73,7 @@ static OmStatus check_task(const OmSceneTask* task) {
     OM_TRY(check_positive(task->max_height, "max_height"));
     OM_TRY(check_positive(task->pull_step, "pull_step"));
     OM_TRY(check_positive(task->visibility, "visibility"));
+    OM_TRY(check_positive(task->visibility_margin, "visibility_margin"));
     OM_TRY(check_positive(task->speed, "speed"));
     OM_TRY(check_positive(task->grasp_radius, "grasp_radius"));
     OM_TRY(check_positive(task->time_step, "time_step"));

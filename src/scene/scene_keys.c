@@ -267,6 +267,8 @@ static const OmYamlField task_field[] = {
      .unit = "mm", .help = "height of one pull"},
     {"visibility", OM_YAML_DOUBLE, AT(OmSceneTask, visibility), .min = 0.01, .max = 1,
      .help = "share of the region's points that counts as exposed"},
+    {"visibility_margin", OM_YAML_DOUBLE, AT(OmSceneTask, visibility_margin), .min = 0.01, .max = 1,
+     .help = "a motion ends where this share more than `visibility` is seen"},
     {"speed_mm_s", OM_YAML_DOUBLE, AT(OmSceneTask, speed), .min = 0.1, .max = 500, .scale = MM,
      .unit = "mm/s", .help = "of the tips"},
     {"grasp_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTask, grasp_radius), .min = 0.5, .max = 50,

@@ -61,6 +61,7 @@ OmScene om_scene_default(void) {
                            .max_height = 0.05,
                            .pull_step = 0.01,
                            .visibility = 0.8,
+                           .visibility_margin = 0.05,
                            .speed = 0.02,
                            .grasp_radius = 0.005,
                            .time_step = 0.02,
