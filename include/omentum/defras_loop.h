@@ -139,7 +139,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
-    double wall_time;  // s it took here
+    // m, way of both tips in reaches, pulls and folds, between measured places
+    double path;
+    double wall_time;     // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
     int nahead;           // grasping points tried by looking ahead
@@ -176,6 +178,28 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     uint64_t hash;  // of the truth's final state; of the twin's without a truth
 } OmRetractResult;
 OM_API void om_retract_result_done(OmRetractResult* result);
+
+// ---- the motions of reaches and pulls ------------------------------------------------------------------------
+
+typedef struct OmLoopMotion {  // a motion under way; positions in m, task frame: z is up
+    int arm;
+    OmPlanVerb verb;  // OM_PLAN_REACH: the tool is free; OM_PLAN_PULL: it holds tissue
+    OmVec3 tip;       // as measured
+    OmVec3 goal;      // where it ends
+    int nplace;       // places that the law has given so far
+} OmLoopMotion;
+
+/// A motion law in place of straight lines (6.3), such as a trained policy. Force, visibility, distances between tools
+/// and the supervision of a motion stay those of the loop.
+typedef struct OmMotionLaw {
+    void* ctx;  // borrowed
+    /// The next place of the tip, at most OM_LAW_STEP from it; the goal: the rest of the way is straight.
+    /// A negative status ends the run with this error.
+    OmStatus (*next)(void* ctx, const OmLoopMotion* motion, OmVec3* place);
+} OmMotionLaw;
+#define OM_LAW_STEP 0.02  // m
+// After so many places the rest of the way is straight; also where the arm cannot go to the law's place.
+#define OM_LAW_MOST 400
 
 // ---- listeners --------------------------------------------------------------------------------------------
 
@@ -225,6 +249,7 @@ typedef struct OmLoopDef {
     // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
     // om_body_create.
     OmModulus* modulus;
+    OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;

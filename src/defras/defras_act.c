@@ -54,7 +54,7 @@ static OmStatus step_reach(OmLoop* loop, Next* next) {
         a->waypoint[0] = om_vec3(state->tip.x, state->tip.y, travel);
         a->waypoint[1] = om_vec3(target.x, target.y, travel);
         a->waypoint[2] = target;
-        a->step = 1;
+        a->step = loop->law.next ? 3 : 1;  // a law finds its own way over the tissue
         const int other = 1 - a->plan.arm;
         if (om__needs_room(loop, a->plan.arm, a->waypoint, 3))
             return begin_motion_of(loop, other, om__aside(loop, other), false, next);

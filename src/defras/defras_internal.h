@@ -94,6 +94,9 @@ typedef struct Motion {
     double turn;        // of the wrist, rad; 0: the orientation need not change
     double turn_rate;   // fraction of the nominal speed that the turn allows
     OmVec3 start;       // where the tip was at first, task frame, m
+    OmVec3 place;       // where the arm is sent: the goal, or the next place of the motion law
+    OmVec3 last;        // the tip when it was sent there
+    int nplace;         // places of the law so far; -1: straight to the goal
     Watch watch;
     OmActionOutcome outcome;
 } Motion;
@@ -143,6 +146,7 @@ struct OmLoop {
     OmPreplan* preplan;  // owned; null: none
     OmAhead* ahead;      // null: none
     OmModulus* modulus;  // null: none
+    OmMotionLaw law;     // of reaches and pulls; next null: straight lines
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;

@@ -175,6 +175,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->updater = def->updater;
     loop->ahead = def->ahead;
     loop->modulus = def->modulus;
+    loop->law = def->law;
     loop->narm = om_world_narm(def->world);
     loop->nlistener = def->nlistener;
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];

@@ -7,6 +7,11 @@
 //
 // A motion stops when the visibility exceeds the wanted visibility by a margin, or when it falls after it was above the
 // wanted visibility.
+//
+// Reaches and pulls may follow a motion law (OmMotionLaw): the arm is sent to the law's places one after the other. A
+// motion that turns the wrist is straight, since the turn was chosen for the straight way.
+#include <math.h>
+
 #include "defras/defras_internal.h"
 
 #define DROP 0.01  // fall of the visibility that shows that its maximum is passed
@@ -24,20 +29,58 @@ static bool must_stop_for_force(const OmLoop* loop, int arm) {
     return loop->force[arm] > OVER_FACTOR * limit || loop->over_time > SLOW_TIME;
 }
 
+static bool has_law(const OmLoop* loop) {
+    const OmPlanAction* plan = &loop->action.plan;
+    bool is_known = plan->verb == OM_PLAN_REACH || plan->verb == OM_PLAN_PULL;
+    return loop->law.next && is_known && loop->motion.arm == plan->arm;
+}
+
+// Where the arm is sent next: the goal, or the law's place.
+static OmStatus aim(OmLoop* loop) {
+    Motion* m = &loop->motion;
+    om__wrist_choose(loop);
+    m->last = loop->arm[m->arm].tip;
+    m->place = m->goal;
+    if (has_law(loop)) {  // the arm follows its command on each way by itself
+        m->start = m->last;
+        m->elapsed = 0;
+    }
+    if (m->turn > 0 || isfinite(m->turn_rate) || m->nplace >= OM_LAW_MOST) m->nplace = -1;
+    if (m->nplace < 0) return OM_OK;
+    const OmLoopMotion now = {m->arm, loop->action.plan.verb, m->last, m->goal, m->nplace};
+    OmVec3 place = m->goal;
+    OM_TRY(loop->law.next(loop->law.ctx, &now, &place));
+    if (om_distance(place, m->goal) < 1e-9) {  // the rest is straight
+        m->nplace = -1;
+        return OM_OK;
+    }
+    OM_CHECK(om_distance(place, m->last) <= OM_LAW_STEP, OM_INVALID,
+             "the motion law gives a place %g mm from the tip; at most %g mm",
+             1e3 * om_distance(place, m->last), 1e3 * OM_LAW_STEP);
+    m->place = place;
+    ++m->nplace;
+    return OM_OK;
+}
+
 // Command the motion if its rate has changed. A goal out of reach ends the motion.
 static OmStatus command(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
     double rate = loop->person_rate * (m->is_holding ? loop->rate * om__warn_rate(loop) : 1.0);
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
-    if (m->commanded < 0) om__wrist_choose(loop);
-    OmPose goal = om__goal_pose(loop, m->arm, m->goal);
+    if (m->commanded < 0) OM_TRY(aim(loop));
+    OmPose goal = om__goal_pose(loop, m->arm, m->place);
     if (loop->arm[m->arm].is_turned) goal.q = m->q;
     OmStatus status = OM_OK;
     if (m->commanded < 0 && !om__is_apart(loop, m->arm, goal))
         status = om_error(OM_INVALID, "PSM%d would come too near to the other tool", m->arm + 1);
     else
         status = om_world_move(loop->world, m->arm, goal, rate * loop->task.speed);
+    if (status == OM_INVALID && m->nplace >= 0) {  // the law's place is out of reach
+        m->nplace = -1;
+        m->commanded = -1;
+        return command(loop, is_done);
+    }
     if (status == OM_INVALID) {
         om_log(OM_LOG_INFO, "%s", om_error_message());
         om_world_stop(loop->world, m->arm);
@@ -67,6 +110,7 @@ OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, b
                             .commanded = -1,
                             .watch = {loop->task.visibility, loop->margin, loop->visibility},
                             .outcome = OM_ACTION_DONE};
+    loop->motion.nplace = has_law(loop) ? 0 : -1;
     bool is_pull = goal.x == state->tip.x && goal.y == state->tip.y;
     if (is_holding && is_pull) loop->motion.from.z = state->grasp_tip.z;
     return command(loop, is_done);
@@ -85,8 +129,10 @@ static OmStatus command_easing(OmLoop* loop, bool* is_done) {
 
 OmStatus om__motion_resume(OmLoop* loop) {
     bool is_done;
-    loop->motion.commanded = -1;
-    return loop->motion.is_easing ? command_easing(loop, &is_done) : command(loop, &is_done);
+    Motion* m = &loop->motion;
+    loop->result.path += om_distance(m->last, loop->arm[m->arm].tip);
+    m->commanded = -1;
+    return m->is_easing ? command_easing(loop, &is_done) : command(loop, &is_done);
 }
 
 static bool check_easing(OmLoop* loop) {
@@ -113,6 +159,11 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done) {
         m->outcome = OM_ACTION_FORCE;
     }
     *is_done = m->outcome != OM_ACTION_DONE || !state->is_moving;
+    if (*is_done) loop->result.path += om_distance(m->last, state->tip);
+    if (*is_done && m->outcome == OM_ACTION_DONE && m->nplace >= 0) {  // at a place of the law
+        m->commanded = -1;
+        return command(loop, is_done);
+    }
     if (m->outcome != OM_ACTION_DONE) {
         om_world_stop(loop->world, m->arm);
         return m->outcome == OM_ACTION_FORCE ? command_easing(loop, is_done) : OM_OK;

@@ -62,6 +62,9 @@ static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(task->force_margin >= 0 && om__force_limit(task) > 0, OM_INVALID,
              "%s: task: force_margin %g N leaves nothing of force_threshold %g N", label,
              task->force_margin, task->force_threshold);
+    OM_CHECK(!def->law.next || !def->records_observations, OM_INVALID,
+             "OmRetractDef.law: observations recorded with a motion law cannot be replayed; record "
+             "without it");
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
@@ -183,6 +186,7 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
         OM_TRY(om_modulus_create(&modulus, &s->modulus));
         loop.modulus = s->modulus;
     }
+    loop.law = def->law;
     loop.is_attended = def->supervise != NULL;
     loop.needs_approval = def->needs_approval;
     if (def->scene->monitor.is_enabled) {
