@@ -127,6 +127,12 @@ OM_API const OmRlTaskKind* om_rl_task_kind(int i);
 OM_API OmStatus om_rl_task_create(const char* name, const OmRlSetting* setting, int nsetting,
                                   OmRlTask** task);
 OM_API void om_rl_task_destroy(OmRlTask* task);
+#define OM_RL_NAPPROACH 8  // values of an observation of the task "approach"
+/// The observation of the task "approach", for programs that carry out motions by a policy trained on it.
+/// @param p, goal    of tip and goal, as shares of the box (3)
+/// @param is_tissue  the goal is on tissue, which a free tip comes to from above; false: the way is free
+/// @param obs        receives OM_RL_NAPPROACH values
+OM_API void om_rl_approach_observe(const double* p, const double* goal, bool is_tissue, float* obs);
 /// All choices of an action together: the sum of nchoice.
 OM_API int om_rl_task_nlogit(const OmRlTask* task);
 /// The action without a key: where a component keeps its last choice, that of `action` stays.

@@ -48,7 +48,9 @@ OM_ENGINE_VERSION = 1
 OM_FACTS_MAX = 24
 OM_HASH_SEED = 14695981039346656037
 OM_LAW_LOG_FLOOR = 0.02
+OM_LAW_MOST = 400
 OM_LAW_POWER_FLOOR = 0.2
+OM_LAW_STEP = 0.02
 OM_LAYER_MAX_INPUT = 4
 OM_LOOP_MAX_EMPTY = 3
 OM_LOOP_MAX_FAILED = 3
@@ -94,6 +96,7 @@ OM_RL_MAX_POINT = 64
 OM_RL_MAX_VARIANT = 64
 OM_RL_MIN_SIDE = 36
 OM_RL_NAME = 32
+OM_RL_NAPPROACH = 8
 OM_RL_NMETHOD = 3
 OM_RL_WAIT = -1
 OM_ROI_MARGIN = 0.01
@@ -4368,7 +4371,9 @@ class OmRetractResult(Struct):
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
-    double wall_time;  // s it took here
+    // m, way of both tips in reaches, pulls and folds, between measured places
+    double path;
+    double wall_time;     // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
     int nahead;           // grasping points tried by looking ahead
@@ -4420,6 +4425,7 @@ class OmRetractResult(Struct):
     nforce: int
     nforce_world: int
     time: float
+    path: float
     wall_time: float
     twin_step_ms: float
     nplan: int
@@ -4458,6 +4464,32 @@ class OmRetractResult(Struct):
     world_nvert: int
     world_ntet: int
     hash: int
+
+
+class OmLoopMotion(Struct):
+    """typedef struct OmLoopMotion {  // a motion under way; positions in m, task frame: z is up
+    int arm;
+    OmPlanVerb verb;  // OM_PLAN_REACH: the tool is free; OM_PLAN_PULL: it holds tissue
+    OmVec3 tip;       // as measured
+    OmVec3 goal;      // where it ends
+    int nplace;       // places that the law has given so far
+} OmLoopMotion;"""
+    arm: int
+    verb: Choice[OmPlanVerb]
+    tip: Numbers
+    goal: Numbers
+    nplace: int
+
+
+class OmMotionLaw(Struct):
+    """typedef struct OmMotionLaw {
+    void* ctx;  // borrowed
+    /// The next place of the tip, at most OM_LAW_STEP from it; the goal: the rest of the way is straight.
+    /// A negative status ends the run with this error.
+    OmStatus (*next)(void* ctx, const OmLoopMotion* motion, OmVec3* place);
+} OmMotionLaw;"""
+    ctx: Any
+    next: Any
 
 
 class OmLoopListener(Struct):
@@ -4511,6 +4543,7 @@ class OmLoopDef(Struct):
     // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
     // om_body_create.
     OmModulus* modulus;
+    OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;
@@ -4540,6 +4573,7 @@ class OmLoopDef(Struct):
     is_by_twin: bool
     ahead: Any
     modulus: Any
+    law: OmMotionLaw
     monitor: Any
     is_attended: bool
     needs_approval: bool
@@ -4570,6 +4604,7 @@ class OmRetractDef(Struct):
     // om_loop_command. An error ends the run. Default null.
     OmStatus (*supervise)(void* ctx, OmLoop* loop);
     void* supervise_ctx;
+    OmMotionLaw law;      // OmLoopDef.law; not with records_observations; default: straight lines
     bool has_both_arms;   // OmPlannerDef.has_both_arms; default false
     bool needs_approval;  // each plan waits for the person; default false
     // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
@@ -4589,6 +4624,7 @@ class OmRetractDef(Struct):
     preplan: Any
     supervise: Any
     supervise_ctx: Any
+    law: OmMotionLaw
     has_both_arms: bool
     needs_approval: bool
     records_acquisitions: bool
@@ -7040,11 +7076,13 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmLoopMotion, [("arm", c_int), ("verb", c_int), ("tip", OmVec3), ("goal", OmVec3), ("nplace", c_int)], {"verb": OmPlanVerb})
+complete(OmMotionLaw, [("ctx", c_void_p), ("next", CFUNCTYPE(c_int, c_void_p, POINTER(OmLoopMotion), POINTER(OmVec3)))], {})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("modulus", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("is_by_twin", c_bool), ("ahead", c_void_p), ("modulus", c_void_p), ("law", OmMotionLaw), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("nadded", c_int), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
-complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("has_both_arms", c_bool), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
+complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("law", OmMotionLaw), ("has_both_arms", c_bool), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
 complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("first_block", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int), ("naction", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
@@ -7755,6 +7793,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rl_actor_create": (c_int, [c_void_p, c_int, POINTER(c_void_p)]),
     "om_rl_actor_destroy": (None, [c_void_p]),
     "om_rl_actor_update": (c_int, [c_void_p]),
+    "om_rl_approach_observe": (None, [c_void_p, c_void_p, c_bool, c_void_p]),
     "om_rl_demos_check": (c_int, [POINTER(OmRlDemos), POINTER(OmRlTask)]),
     "om_rl_demos_done": (None, [POINTER(OmRlDemos)]),
     "om_rl_demos_load": (c_int, [c_char_p, POINTER(OmRlDemos)]),

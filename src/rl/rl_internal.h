@@ -12,6 +12,7 @@
 // ---- tasks
 
 // Kinds of tasks, each in its own file.
+OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_expose_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);

@@ -4,6 +4,8 @@
 #include "rl/rl_internal.h"
 
 static const OmRlTaskKind kinds[] = {
+    {"approach", "come down on tissue, or pull it, for `omentum retract` (3 x 3 x 3 choices)",
+     om__rl_approach_create},
     {"cart-pole", "balance a pole on a cart (2 choices)", om__rl_cart_pole_create},
     {"expose", "lift fat off a kidney with two arms (3^6 choices)", om__rl_expose_create},
     {"press", "find a lesion by pressing (3 x 3 x 3 x 2 choices)", om__rl_press_create},
