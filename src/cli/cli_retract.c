@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "cli_acting.h"
 #include "cli_common.h"
 #include "cli_supervise.h"
 #include "omentum/defras.h"
@@ -39,6 +40,8 @@ static const OmCliOption option[] = {
      "the whole of chapter 6: plan before (unless --plan is given), watch the twin, learn with the network"},
     {"--supervise", NULL, NULL,
      "take commands from standard input while it runs, a line each: pause, go, slow 0.5, forbid 3 2, ..."},
+    {"--acting", NULL, "FILE",
+     "carry out reaches and pulls by this policy (omentum rl train -t approach)", "straight lines"},
     {"--both-arms", NULL, NULL,
      "an arm may keep its tissue up while the other one grasps and pulls"},
     {"--approve", NULL, NULL, "with --supervise: each plan waits for yes or no"},
@@ -60,6 +63,7 @@ static const OmCliKey result_key[] = {
     {"visibility_truth_end", "the same, in the truth"},
     {"actions", "carried out"},
     {"operation_s", "simulated time"},
+    {"path_mm", "way of the tips in reaches, pulls and folds"},
     {"wall_s", "time it took"},
     {"force_twin_n", "largest force estimated by the twin"},
     {"force_truth_n", "largest force in the truth"},
@@ -91,6 +95,7 @@ typedef struct Settings {
     bool is_defras, has_preplan, needs_approval, has_both_arms;
     OmPreplan preplan;
     OmCliPerson person;
+    OmCliActing acting;
     bool needs_scene;  // false: only a text is wanted
 } Settings;
 
@@ -198,6 +203,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_figure("visibility_truth_end", r->visibility_world_end);
     om_cli_figure("actions", r->naction);
     om_cli_figure("operation_s", r->time);
+    om_cli_figure("path_mm", 1e3 * r->path);
     om_cli_figure("wall_s", r->wall_time);
     om_cli_figure("force_twin_n", r->force_max);
     om_cli_figure("force_truth_n", r->force_world_max);
@@ -220,6 +226,7 @@ static OmRetractDef make_def(Settings* s, const char* dir) {
     def.needs_approval = s->needs_approval;
     def.has_both_arms = s->has_both_arms;
     def.records_observations = s->records_observations;
+    if (s->acting.policy) def.law = om_cli_acting_law(&s->acting);
     return def;
 }
 
@@ -493,6 +500,10 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
     const char* plan = om_cli_get(args, "--plan");
     OM_CHECK(!plan || s->nlayout == 0, OM_INVALID, "--plan is for one layout; leave out --layouts");
     s->has_preplan = plan != NULL;
+    const char* acting = om_cli_get(args, "--acting");
+    OM_CHECK(!acting || !s->records_observations, OM_INVALID,
+             "--acting: a run by a policy cannot be replayed; leave out --record");
+    if (acting) OM_TRY(om_cli_acting_load(acting, &s->acting));
     return plan ? om_preplan_load(plan, &s->preplan) : OM_OK;
 }
 
@@ -514,7 +525,9 @@ int om_cli_retract(int argc, char** argv) {
     if (om_cli_get(&args, "--calibrate-force")) return calibrate(&s);
     if (om_cli_get(&args, "--calibrate-mesh")) return calibrate_mesh(&s);
     if (om_cli_get(&args, "--search")) return search(&s);
-    return s.nlayout ? run_layouts(&s) : run(&s);
+    int code = s.nlayout ? run_layouts(&s) : run(&s);
+    om_cli_acting_done(&s.acting);
+    return code;
 }
 
 const OmCliVerb om_cli_verb_retract = {
@@ -537,6 +550,7 @@ const OmCliVerb om_cli_verb_retract = {
         "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
         "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
         "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
+        "  omentum retract scenes/sheet.yaml --acting weights/approach.safetensors -o out/policy\n"
         "  omentum retract scenes/belief.yaml --update -o out/belief\n"
         "  omentum retract scenes/belief.yaml --defras -o out/defras\n"
         "  omentum retract scenes/belief.yaml --defras --supervise --approve --real-time -o out/watched\n"

@@ -58,6 +58,20 @@ no-file narrow
 $ omentum retract small.yaml -q --workers 1 -o again && diff <(grep state_hash run/run.json) <(grep state_hash again/run.json) && cmp run/frames/003.png again/frames/003.png
 exit 0
 
+# Reaches and pulls by a policy: another way of the tips, the same outcome. A policy of another task is refused.
+$ omentum retract small.yaml -q --json -o lines | grep -o '"path_mm": [0-9.]*' > a; omentum retract small.yaml -q --acting $ROOT/weights/approach.safetensors --json -o policy | grep -o '"path_mm": [0-9.]*' > b; wc -l < a; wc -l < b; cmp -s a b || echo other
+exit 0
+out ^1$
+out ^other$
+$ omentum retract small.yaml -q --acting $ROOT/weights/retract_ppo.safetensors -o wrong
+exit 3
+err motions need a policy of `omentum rl train -t approach`: the policy is of task retract, not of approach
+no-file wrong
+$ omentum retract small.yaml -q --acting $ROOT/weights/approach.safetensors --record -o wrong
+exit 3
+err --acting: a run by a policy cannot be replayed; leave out --record
+no-file wrong
+
 # Recorded, decided again from the observations alone, and with a changed line.
 $ omentum retract small.yaml -q --record -o recorded
 exit 0
