@@ -141,6 +141,8 @@ static const OmRlTaskOps ops = {.destroy = destroy,
                                 .expert = expert,
                                 .state_size = state_size};
 
+static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 0, 2), OM__RL_LEFT_HAND("", 0, 0, 2)};
+
 OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
     static const char* const known[] = {"step", NULL};
     double size = 0.02;
@@ -162,7 +164,10 @@ OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTa
                          .ninfo = 2,
                          .info_name = {"reached", "deepest"},
                          .score_name = "reached",
-                         .target = 0.99};
+                         .target = 0.99,
+                         .key = keys,
+                         .nkey = sizeof keys / sizeof *keys,
+                         .rest = {1, 1, 1}};
     a->step = size;
     a->head.hash = om_hash(a->head.name, sizeof a->head.name, OM_HASH_SEED);
     a->head.hash = om_hash(&size, sizeof size, a->head.hash);
