@@ -51,6 +51,8 @@ class Player:
     def end(self, code):
         """Wait for the end: exit code, and the terminal as it was."""
         self.wait(lambda: self.run.poll() is not None, "end")
+        while select.select([self.master], [], [], 0)[0]:  # what was printed last; the slave is open here, too
+            self.text += os.read(self.master, 4096).decode()
         if self.run.returncode != code:
             sys.exit(f"exit code {self.run.returncode}, not {code}; printed:\n{self.text}")
         after = termios.tcgetattr(self.slave)
