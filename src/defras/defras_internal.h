@@ -256,6 +256,7 @@ struct OmLoop {
     double look_begin;          // s, since when the arms keep still
     OmMatchAdoption* adoption;  // of the twin; null without an updater
     unsigned char* always;      // attached in every belief of the operation, or null  (nvert)
+    int doubt_grasp;            // grasps until the last doubt, -1: there was none
 
     // the record
     OmRetractResult result;
@@ -433,6 +434,7 @@ double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions t
 bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
 void om__warn_note_update(OmLoop* loop, bool is_adopted);
 void om__warn_begin_learning(OmLoop* loop);
+void om__warn_give_up(OmLoop* loop);      // arms that hold tissue must release it: no pull, no fold
 bool om__warn_is_learning(OmLoop* loop);  // false: STAGE_LEARN is over
 
 // defras_force.c

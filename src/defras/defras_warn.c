@@ -153,8 +153,7 @@ void om__warn_begin_learning(OmLoop* loop) {
     loop->learn_begin = loop->time;
 }
 
-// The arm that holds tissue must release it: no pull, no fold.
-static void give_up_grasps(OmLoop* loop) {
+void om__warn_give_up(OmLoop* loop) {
     for (int a = 0; a < loop->narm; ++a) {
         ArmState* arm = &loop->arm[a];
         if (arm->in_hand < 0) continue;
@@ -172,6 +171,6 @@ bool om__warn_is_learning(OmLoop* loop) {
     if (has_time &&
         (is_busy || om_match_adoption_is_active(loop->adoption) || loop->has_effect_due))
         return true;
-    if (loop->warning >= 2) give_up_grasps(loop);
+    if (loop->warning >= 2) om__warn_give_up(loop);
     return false;
 }
