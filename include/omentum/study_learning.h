@@ -37,9 +37,11 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int neval_setting;      //
     bool has[OM_NLEARNER];  // default all
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
-    int64_t nstep;          // of a training of PPO, default 131,072
-    double rate;            // learning rate; default 1e-3
-    int horizon, batch;     // default 64, 128
+    int64_t nstep;          // of a training of PPO, default 524,288
+    double rate;            // learning rate; default 7e-4
+    double entropy;         // its weight; default 1e-3
+    int nenv;               // environments side by side, default 32
+    int horizon, batch;     // default 64, 256
     int nepoch;             // passes over the samples of an iteration; default 10
     // more settings, for demonstrations, GAIL and cloning; default max_step=700: the moves are those of the evaluation
     const OmRlSetting* gail_setting;
@@ -47,6 +49,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int64_t gail_nstep;            // of GAIL: default 32,768
     double gail_rate;              // default 3e-4
     double gail_entropy;           // default 1e-3
+    int gail_nenv;                 // default 16
     int gail_horizon, gail_batch;  // default 64, 128
     int clone_epoch;               // epochs of cloning before GAIL; default 100
     int ndemo;                     // default 35
