@@ -13,7 +13,7 @@ static const OmCliOption option[] = {
     {"--set", "-s", "KEY=VALUE", "a setting of the task; may be repeated"},
     {"--learners", NULL, "LIST", "of ppo-thesis, ppo, gail, clone", "all"},
     {"--seeds", NULL, "N", "trainings of each learner", "3", NULL, 1, 9},
-    {"--steps", "-n", "N", "steps of a training of PPO", "131072", NULL, 1, 2e9},
+    {"--steps", "-n", "N", "steps of a training of PPO", "524288", NULL, 1, 2e9},
     {"--gail-steps", NULL, "N", "steps of a training of GAIL", "32768", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},
     {"--same-task", NULL, NULL, "train in the task of the evaluation, with moves of 0.5 mm"},
@@ -133,7 +133,7 @@ const OmCliVerb om_cli_verb_study_learning = {
     .noption = sizeof option / sizeof *option,
     .example =
         "  omentum study learning -o out/learning\n"
-        "  omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 20000 \\\n"
+        "  omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 80000 \\\n"
         "      --no-reality -o out/small",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,

@@ -1,5 +1,5 @@
 # omentum study learning, small: two seeds of PPO and cloning on the task "reach".
-$ omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 20480 --no-reality -q -o out
+$ omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out
 exit 0
 out ^ppo +1\.000 +1\.000 +-
 out ^clone +[01]\.[0-9]+
@@ -15,11 +15,11 @@ out ^ppo-2-training.csv$
 out ^report.html$
 out ^study.json$
 # Finished trainings and evaluations are kept: the same numbers again.
-$ cp out/study.json first.json && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 20480 --no-reality -q -o out > /dev/null; grep -v seconds first.json > a; grep -v seconds out/study.json | cmp - a && echo same
+$ cp out/study.json first.json && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out > /dev/null; grep -v seconds first.json > a; grep -v seconds out/study.json | cmp - a && echo same
 exit 0
 out ^same$
 # A score that was changed by hand is used only with the policy of its line.
-$ sed -i '1s/.*/# policy 0/;2s/.*/0.5/' out/ppo-1-training.csv && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 20480 --no-reality -q -o out > /dev/null; grep -v seconds out/study.json | cmp - a && echo same
+$ sed -i '1s/.*/# policy 0/;2s/.*/0.5/' out/ppo-1-training.csv && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out > /dev/null; grep -v seconds out/study.json | cmp - a && echo same
 exit 0
 out ^same$
 $ omentum study learning -t reach --learners ppo,bc -o x
