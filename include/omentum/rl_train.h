@@ -71,6 +71,7 @@ typedef struct OmRlTrainDef {
     double weight_reward;  // of the task's reward beside GAIL's, default 0.2
     double weight_gail;    // default 0.8
     int clone_epoch;       // epochs of cloning: before GAIL (default 0), or alone (0: 200)
+    double clone_rate;     // learning rate of cloning; default 0: `rate`
     double gail_rate;      // learning rate of the discriminator, default 3e-4
     double gail_noise;     // standard deviation added to its observations, default 0.02
     int gail_epoch;        // passes over the samples of an iteration, default 1

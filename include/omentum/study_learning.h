@@ -47,8 +47,9 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     const OmRlSetting* gail_setting;
     int ngail_setting;             //
     int64_t gail_nstep;            // of GAIL: default 32,768
-    double gail_rate;              // default 3e-4
-    double gail_entropy;           // default 1e-3
+    double gail_rate;              // default 3e-5
+    double gail_clone_rate;        // of cloning before GAIL; default 3e-4
+    double gail_entropy;           // default 0
     int gail_nenv;                 // default 16
     int gail_horizon, gail_batch;  // default 64, 128
     int clone_epoch;               // epochs of cloning before GAIL; default 100

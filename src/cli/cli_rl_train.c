@@ -29,6 +29,7 @@ static const OmCliOption option[] = {
     {"--width", NULL, "N", "units of a layer", "128", NULL, 1, 4096},
     {"--weight-reward", NULL, "R", "gail: weight of the task's reward", "0.2", NULL, 0, 1e6},
     {"--weight-gail", NULL, "R", "gail: weight of the discriminator's", "0.8", NULL, 0, 1e6},
+    {"--clone-rate", NULL, "R", "learning rate of cloning", "that of --rate", NULL, 0, 1},
     {"--gail-rate", NULL, "R", "gail: learning rate of the discriminator", "0.0003", NULL, 0, 1},
     {"--gail-noise", NULL, "R", "gail: standard deviation added to its observations", "0.02", NULL,
      0, 10},
@@ -75,6 +76,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
                   {"--entropy", &d->entropy},
                   {"--weight-reward", &d->weight_reward},
                   {"--weight-gail", &d->weight_gail},
+                  {"--clone-rate", &d->clone_rate},
                   {"--gail-rate", &d->gail_rate},
                   {"--gail-noise", &d->gail_noise}};
     for (size_t i = 0; i < sizeof number / sizeof *number; ++i)

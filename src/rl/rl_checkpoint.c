@@ -43,6 +43,7 @@ static uint64_t settings_hash(const OmRlTrainDef* d) {
                             d->gail_actions};
     uint64_t hash = om_hash(value, sizeof value, d->task->hash);
     hash = om_hash(&d->seed, sizeof d->seed, hash);
+    if (d->clone_rate > 0) hash = om_hash(&d->clone_rate, sizeof d->clone_rate, hash);
     if (d->start) hash = om_hash(d->start, strlen(d->start), hash);
     return hash;
 }

@@ -266,6 +266,7 @@ OmStatus om__rl_learner_step(RlLearner* l, double rate, RlLoss* loss) {
 OmStatus om__rl_clone(RlLearner* l, const OmRlDemos* demos, int begin, int end,
                       const OmProgress* progress, double* loss, double* right) {
     const OmRlTrainDef* def = l->def;
+    const double rate = def->clone_rate > 0 ? def->clone_rate : def->rate;
     const size_t nobs = (size_t)demos->nobservation, naction = (size_t)demos->naction;
     float* param = om_rl_policy_parameters(l->policy, OM_RL_ACTOR);
     OmStatus status = OM_OK;
@@ -291,7 +292,7 @@ OmStatus om__rl_clone(RlLearner* l, const OmRlDemos* demos, int begin, int end,
                      nbatch;
             *right += share / nbatch;
             OM_TRY_DONE(om_net_run_backward(l->train[0], l->dout[0], l->grad[0], NULL));
-            OM_TRY_DONE(om_optim_step(l->optim[0], def->rate, l->grad[0], param, NULL));
+            OM_TRY_DONE(om_optim_step(l->optim[0], rate, l->grad[0], param, NULL));
             OM_TRY_DONE(om_net_run_set_parameters(l->train[0], param));
         }
     }

@@ -77,6 +77,7 @@ static OmStatus check_def(const OmRlTrainDef* d) {
                  {"weight_reward", d->weight_reward, 0, 1e6},
                  {"weight_gail", d->weight_gail, 0, 1e6},
                  {"clone_epoch", d->clone_epoch, 0, 1e6},
+                 {"clone_rate", d->clone_rate, 0, 1},
                  {"gail_rate", d->gail_rate, 0, 1},
                  {"gail_noise", d->gail_noise, 0, 10},
                  {"gail_epoch", d->gail_epoch, 1, 1000}};
