@@ -75,11 +75,13 @@ typedef struct OmRetractAction {  // one executed action
 } OmRetractAction;
 
 typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
-    OmUpdateStage stage;          // adopted, refused or cancelled; started while it runs
-    char reason[256];             // of a refusal
-    int nacquisition;             // that it was made from
-    int start_tick, end_tick;     // end_tick: of adoption or refusal, -1: none, also if cancelled
-    double start, end;            // s of the operation
+    // adopted, followed, refused or cancelled; started while it runs
+    OmUpdateStage stage;
+    bool is_followed;          // also of an adopted estimate whose effect was too small
+    char reason[256];          // of a refusal
+    int nacquisition;          // that it was made from
+    int start_tick, end_tick;  // end_tick: of adoption or refusal, -1: none, also if cancelled
+    double start, end;         // s of the operation
     int nattached_before, nattached_after;  // vertices of the twin
     double seen_share;                      // OmMatchEstimate.seen_share
     double before_median, after_median;     // m, of the scan from the twin

@@ -3,7 +3,8 @@
 /// After an action that moved held tissue the loop takes an acquisition: a scan of the tissue, the tools at the grasp
 /// and now, and the twin's positions. One job in the background estimates the attachments from the last acquisitions.
 /// An accepted estimate is adopted by the twin without a jump, and the loop makes a new plan where it changes the
-/// blocks that may be grasped. A refused estimate leaves the twin unchanged.
+/// blocks that may be grasped. Where no attachments explain what the camera sees, forces bring the twin there until the
+/// tissue is released. A refused estimate leaves the twin unchanged.
 ///
 ///     OmMatch* match;                                       // om_match_create; used by the job alone from now on
 ///     OmUpdateDef def = om_update_default_def(&scene, world, &twin_site);
@@ -86,9 +87,11 @@ typedef enum OmUpdateStage {
     OM_UPDATE_REFUSED,    // the twin is unchanged
     OM_UPDATE_CANCELLED,  // the loop ended before the tick of adoption
     // No plan was left: the twin frees what was not attached in every belief of the operation
-    OM_UPDATE_DOUBTED
+    OM_UPDATE_DOUBTED,
+    // The estimate is refused: no attachments explain the scan. Forces bring the twin there.
+    OM_UPDATE_FOLLOWED
 } OmUpdateStage;
-/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled", "doubted".
+/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled", "doubted", "followed".
 OM_API const char* om_update_stage_text(OmUpdateStage stage);
 
 typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are valid during the call
@@ -98,9 +101,9 @@ typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are va
     double time;                       // s of the operation
     const OmAcquisition* acquisition;  // taken; otherwise null
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    // adopted, or refused with a result; of doubt the number of vertices and `attached`; otherwise null
+    // adopted, or refused or followed with a result; of doubt the number of vertices and `attached`; otherwise null
     const OmMatchEstimate* estimate;
-    const char* reason;  // of a refusal; otherwise ""
+    const char* reason;  // of a refusal, also before a following; otherwise ""
     // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;

@@ -154,11 +154,17 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     // the set with the largest expected Dice coefficient, or the set that `choice` names  (nvert)
     unsigned char* attached;
     int nacquisition;
-    double* x;           // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
-    double seen_share;   // of the candidates' area, below which the scans show the surface
-    double moved_share;  // of the candidates' area, that the scans show as moved
+    double* x;  // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
+    // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
+    // than before, whether attachments explain the scan or not
+    bool has_shape;
+    double* shape;        // m  (nvert x 3)
+    double shape_median;  // m, distance of the points of all scans from their shapes
+    double seen_share;    // of the candidates' area, below which the scans show the surface
+    double moved_share;   // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
+    double before_mean, after_mean;  // m, the same, of distances that count 5 mm at most
     // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice; 2 + nset: the
     // corrected `present`
     int choice;

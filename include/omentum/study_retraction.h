@@ -68,6 +68,7 @@ typedef struct OmRetractionScore {
     double force, force_world;  // medians of F_max / epsilon, by the twin and by the truth
     double more_actions;        // largest number of actions above the search's
     int ntrigger, ngood;        // updates that were triggered, and that ended at mu <= 2 mm
+    int ngood_alone;            // of these, by attachments alone, without forces
     int nfalse;                 // runs with right attachments and a warning
 } OmRetractionScore;
 

@@ -473,6 +473,7 @@ class OmUpdateStage(IntEnum):
     REFUSED = 3
     CANCELLED = 4
     DOUBTED = 5
+    FOLLOWED = 6
 
 
 class OmActionOutcome(IntEnum):
@@ -2712,11 +2713,17 @@ class OmMatchEstimate(Struct):
     // the set with the largest expected Dice coefficient, or the set that `choice` names  (nvert)
     unsigned char* attached;
     int nacquisition;
-    double* x;           // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
-    double seen_share;   // of the candidates' area, below which the scans show the surface
-    double moved_share;  // of the candidates' area, that the scans show as moved
+    double* x;  // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
+    // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
+    // than before, whether attachments explain the scan or not
+    bool has_shape;
+    double* shape;        // m  (nvert x 3)
+    double shape_median;  // m, distance of the points of all scans from their shapes
+    double seen_share;    // of the candidates' area, below which the scans show the surface
+    double moved_share;   // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
+    double before_mean, after_mean;  // m, the same, of distances that count 5 mm at most
     // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice; 2 + nset: the
     // corrected `present`
     int choice;
@@ -2734,12 +2741,17 @@ class OmMatchEstimate(Struct):
     attached: Any
     nacquisition: int
     x: Any
+    has_shape: bool
+    shape: Any
+    shape_median: float
     seen_share: float
     moved_share: float
     before_median: float
     before_p90: float
     after_median: float
     after_p90: float
+    before_mean: float
+    after_mean: float
     choice: int
     is_accepted: bool
     reason: str
@@ -4248,9 +4260,9 @@ class OmUpdateEvent(Struct):
     double time;                       // s of the operation
     const OmAcquisition* acquisition;  // taken; otherwise null
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    // adopted, or refused with a result; of doubt the number of vertices and `attached`; otherwise null
+    // adopted, or refused or followed with a result; of doubt the number of vertices and `attached`; otherwise null
     const OmMatchEstimate* estimate;
-    const char* reason;  // of a refusal; otherwise ""
+    const char* reason;  // of a refusal, also before a following; otherwise ""
     // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;"""
@@ -4318,11 +4330,13 @@ class OmRetractAction(Struct):
 
 class OmRetractUpdate(Struct):
     """typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
-    OmUpdateStage stage;          // adopted, refused or cancelled; started while it runs
-    char reason[256];             // of a refusal
-    int nacquisition;             // that it was made from
-    int start_tick, end_tick;     // end_tick: of adoption or refusal, -1: none, also if cancelled
-    double start, end;            // s of the operation
+    // adopted, followed, refused or cancelled; started while it runs
+    OmUpdateStage stage;
+    bool is_followed;          // also of an adopted estimate whose effect was too small
+    char reason[256];          // of a refusal
+    int nacquisition;          // that it was made from
+    int start_tick, end_tick;  // end_tick: of adoption or refusal, -1: none, also if cancelled
+    double start, end;         // s of the operation
     int nattached_before, nattached_after;  // vertices of the twin
     double seen_share;                      // OmMatchEstimate.seen_share
     double before_median, after_median;     // m, of the scan from the twin
@@ -4333,6 +4347,7 @@ class OmRetractUpdate(Struct):
     double part_before, part_after;
 } OmRetractUpdate;"""
     stage: Choice[OmUpdateStage]
+    is_followed: bool
     reason: str
     nacquisition: int
     start_tick: int
@@ -7011,7 +7026,7 @@ complete(OmMatchPull, [("tri", c_int), ("bary", c_double * 3), ("goal", OmVec3),
 complete(OmMatchLoad, [("spring", c_void_p), ("ngrasp", c_int), ("grasp", POINTER(OmMatchGrasp)), ("npull", c_int), ("pull", POINTER(OmMatchPull)), ("max_newton", c_int), ("tolerance", c_double)], {})
 complete(OmMatchRest, [("nnewton", c_int), ("motion", c_double), ("residual", c_double), ("energy", c_double)], {})
 complete(OmAcquisition, [("scan", OmScan), ("ngrasp", c_int), ("grasp", OmMatchGrasp * 2), ("time", c_double), ("x_twin", c_void_p)], {})
-complete(OmMatchEstimate, [("nvert", c_int), ("probability", c_void_p), ("uncertainty", c_void_p), ("stiffness", c_void_p), ("attached", c_void_p), ("nacquisition", c_int), ("x", c_void_p), ("seen_share", c_double), ("moved_share", c_double), ("before_median", c_double), ("before_p90", c_double), ("after_median", c_double), ("after_p90", c_double), ("choice", c_int), ("is_accepted", c_bool), ("reason", c_char * 256), ("has_look_next", c_bool), ("look_next", OmVec3), ("fit_ms", c_double), ("infer_ms", c_double), ("check_ms", c_double), ("total_ms", c_double)], {})
+complete(OmMatchEstimate, [("nvert", c_int), ("probability", c_void_p), ("uncertainty", c_void_p), ("stiffness", c_void_p), ("attached", c_void_p), ("nacquisition", c_int), ("x", c_void_p), ("has_shape", c_bool), ("shape", c_void_p), ("shape_median", c_double), ("seen_share", c_double), ("moved_share", c_double), ("before_median", c_double), ("before_p90", c_double), ("after_median", c_double), ("after_p90", c_double), ("before_mean", c_double), ("after_mean", c_double), ("choice", c_int), ("is_accepted", c_bool), ("reason", c_char * 256), ("has_look_next", c_bool), ("look_next", OmVec3), ("fit_ms", c_double), ("infer_ms", c_double), ("check_ms", c_double), ("total_ms", c_double)], {})
 complete(OmMatchAdvice, [("probability", c_void_p), ("weight", c_double), ("nset", c_int), ("set", c_void_p * 8), ("present", c_void_p)], {})
 complete(OmMatchTrial, [("median", c_double), ("p90", c_double), ("mean", c_double), ("is_at_rest", c_bool)], {})
 complete(OmBanetUpdateDef, [("match", c_void_p), ("net", c_void_p), ("side", c_double), ("estimate", OmBanetEstimateFn), ("estimate_ctx", c_void_p), ("fuse", OmBanetFuseDef), ("threshold", c_double), ("weight", c_double), ("reach", c_double), ("ntry", c_int), ("is_corrected", c_bool), ("tries_last_corrected", c_bool), ("nworker", c_int), ("cookie", c_uint32)], {})
@@ -7077,7 +7092,7 @@ complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", O
 complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
-complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
+complete(OmRetractUpdate, [("stage", c_int), ("is_followed", c_bool), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
 complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopMotion, [("arm", c_int), ("verb", c_int), ("tip", OmVec3), ("goal", OmVec3), ("nplace", c_int)], {"verb": OmPlanVerb})
 complete(OmMotionLaw, [("ctx", c_void_p), ("next", CFUNCTYPE(c_int, c_void_p, POINTER(OmLoopMotion), POINTER(OmVec3)))], {})
@@ -7275,6 +7290,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_body_eval_anchor": (c_int, [c_void_p, c_int, c_void_p, c_void_p, c_void_p]),
     "om_body_find_engine": (c_int, [POINTER(OmScene), c_int, POINTER(POINTER(OmTissueEngine))]),
     "om_body_find_mesh_factor": (c_int, [POINTER(OmSite), c_void_p]),
+    "om_body_force": (c_void_p, [c_void_p]),
     "om_body_get_attachment_force": (c_int, [c_void_p, c_void_p]),
     "om_body_get_forces": (c_int, [c_void_p, POINTER(OmBodyForces)]),
     "om_body_get_measure": (c_int, [c_void_p, c_int, c_void_p]),
@@ -7293,6 +7309,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_body_restore": (None, [c_void_p, c_void_p]),
     "om_body_save": (None, [c_void_p, c_void_p]),
     "om_body_set_attachment": (c_int, [c_void_p, c_int, c_void_p, c_void_p, c_void_p]),
+    "om_body_set_force": (c_int, [c_void_p, c_void_p]),
     "om_body_set_work": (None, [c_void_p, c_void_p]),
     "om_body_set_young": (c_int, [c_void_p, POINTER(OmScene), c_double]),
     "om_body_settle": (c_int, [c_void_p, c_double, c_double, c_double]),
@@ -7541,9 +7558,12 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_match_adoption_cancel": (None, [c_void_p]),
     "om_match_adoption_create": (c_int, [c_int, POINTER(c_void_p)]),
     "om_match_adoption_destroy": (None, [c_void_p]),
+    "om_match_adoption_follow": (c_int, [c_void_p, c_void_p, c_void_p, c_double]),
+    "om_match_adoption_force": (c_double, [c_void_p]),
     "om_match_adoption_get_goal": (None, [c_void_p, c_void_p]),
     "om_match_adoption_hash": (c_uint64, [c_void_p]),
     "om_match_adoption_is_active": (c_bool, [c_void_p]),
+    "om_match_adoption_is_following": (c_bool, [c_void_p]),
     "om_match_adoption_restore": (None, [c_void_p, c_void_p]),
     "om_match_adoption_save": (None, [c_void_p, c_void_p]),
     "om_match_adoption_state_size": (c_size_t, [c_void_p]),
@@ -8266,6 +8286,7 @@ STATUS = frozenset([
     "om_body_model_create",
     "om_body_move",
     "om_body_set_attachment",
+    "om_body_set_force",
     "om_body_set_young",
     "om_body_settle",
     "om_body_step",
@@ -8363,6 +8384,7 @@ STATUS = frozenset([
     "om_mat3_inverse",
     "om_match_adoption_begin",
     "om_match_adoption_create",
+    "om_match_adoption_follow",
     "om_match_adoption_step",
     "om_match_create",
     "om_match_eval",

@@ -70,6 +70,7 @@ static const OmCliKey result_key[] = {
     {"twin_step_ms", "mean of a step of the twin"},
     {"acquisitions", "taken, with --update or --record-acquisitions"},
     {"updates_adopted", "estimates that the twin adopted"},
+    {"updates_followed", "estimates after which forces brought the twin to what the camera sees"},
     {"updates_refused", "estimates that left the twin unchanged"},
     {"warnings", "times that the warning state rose to 1 or above"},
     {"mu_max_mm", "largest discrepancy of the twin, while tissue was held"},
@@ -127,17 +128,20 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
 // Print what the depth camera taught the twin.
 static void print_updates(const OmRetractResult* r) {
     if (r->nacquisition == 0) return;
-    int nadopted = 0, nrefused = 0;
+    int nadopted = 0, nfollowed = 0, nrefused = 0;
     const char* reason = "";
     for (int i = 0; i < r->nupdate; ++i) {
         nadopted += r->update[i].stage == OM_UPDATE_ADOPTED;
+        nfollowed += r->update[i].is_followed;
         nrefused += r->update[i].stage == OM_UPDATE_REFUSED;
         if (r->update[i].stage == OM_UPDATE_REFUSED) reason = r->update[i].reason;
     }
-    printf("  updates: %d acquisitions, %d estimates adopted, %d refused%s%s\n", r->nacquisition,
-           nadopted, nrefused, nrefused ? ", the last because " : "", reason);
+    printf("  updates: %d acquisitions, %d estimates adopted, %d followed, %d refused%s%s\n",
+           r->nacquisition, nadopted, nfollowed, nrefused, nrefused ? ", the last because " : "",
+           reason);
     om_cli_figure("acquisitions", r->nacquisition);
     om_cli_figure("updates_adopted", nadopted);
+    om_cli_figure("updates_followed", nfollowed);
     om_cli_figure("updates_refused", nrefused);
 }
 

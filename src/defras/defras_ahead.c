@@ -12,6 +12,8 @@
 // is not confirmed counts as hidden while the program names further points, and exposes the ROI nevertheless if none of
 // them is confirmed.
 //
+// Where the twin has followed a picture (defras_follow.c), both folds of the tissue in hand are tried from there.
+//
 // Rejected: trying three points in each case. The program takes the nearest point that is not known to fail, so the
 // second and third do not change the plan where the first exposes the ROI.
 #include "omentum/defras_ahead.h"
@@ -108,10 +110,13 @@ static OmStatus save(OmAhead* a, const OmLoop* loop) {
     return OM_OK;
 }
 
-static void restore(OmAhead* a, OmLoop* loop, int nbad) {
+// After trials of nstep steps.
+static void restore(OmAhead* a, OmLoop* loop, int nbad, int nstep) {
     om_body_restore(loop->twin, a->now);
     if (loop->adoption) om_match_adoption_restore(loop->adoption, a->adoption);
     loop->ahead_nbad += om_body_nbad(loop->twin) - nbad;
+    loop->result.nahead_step += nstep;
+    if (nstep > 0) loop->has_lag_origin = false;  // the arms stood still meanwhile
 }
 
 // The arms, a bit each, that hold tissue which the plan lets go.
@@ -252,8 +257,22 @@ OmStatus om__loop_ahead(OmLoop* loop) {
     prepare(a, loop);
     OM_TRY(save(a, loop));
     OmStatus status = try_points(a, loop, &nstep);
-    restore(a, loop, nbad);
-    loop->result.nahead_step += nstep;
-    if (nstep > 0) loop->has_lag_origin = false;  // the arms stood still meanwhile
+    restore(a, loop, nbad, nstep);
     return status;
+}
+
+OmStatus om__loop_ahead_held(OmLoop* loop, int arm, bool exposes[2]) {
+    OmAhead* a = loop->ahead;
+    const ArmState* state = &loop->arm[arm];
+    exposes[0] = exposes[1] = false;
+    if (!a) return OM_OK;
+    const int nbad = om_body_nbad(loop->twin);
+    int nstep = 0;
+    prepare(a, loop);
+    a->attempt.max_step = a->def.max_step;
+    OM_TRY(save(a, loop));
+    OmStatus status = om__attempt_fold(&a->attempt, arm, state->tip, state->grasp_tip, state->joint,
+                                       exposes, &nstep);
+    restore(a, loop, nbad, nstep);
+    return status == OM_UNSAT ? OM_OK : status;
 }

@@ -9,6 +9,8 @@
 //
 // The result is the best sequence: one that exposes the ROI, of these the one of fewest actions, then of lowest force;
 // if none does, the one with the largest visibility at its end.
+#include <string.h>
+
 #include "defras/defras_attempt.h"
 
 typedef struct Try {
@@ -242,19 +244,19 @@ static OmStatus try_pulls(Try* t, bool* is_exposed) {
     return OM_OK;
 }
 
-static OmStatus try_folds(Try* t) {
+static OmStatus try_folds(Try* t, bool exposes[2]) {
     static const OmPlanVerb verb[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
     om_body_save(t->a->body, t->a->lifted);
     t->fold_step = t->ntrace;
     const Try lifted = *t;
+    exposes[0] = exposes[1] = false;
     for (int k = 0; k < 2 && !t->is_cut; ++k) {
-        bool is_exposed;
         OmActionOutcome outcome;
         int nstep = t->nstep;
         *t = lifted;
         t->nstep = nstep;
         if (k) om_body_restore(t->a->body, t->a->lifted);
-        OM_TRY(act(t, verb[k], &is_exposed, &outcome));
+        OM_TRY(act(t, verb[k], &exposes[k], &outcome));
     }
     return OM_OK;
 }
@@ -273,13 +275,27 @@ OmStatus om__attempt_run(const Attempt* a, int arm, int block, AttemptResult* re
     OM_TRY(status);
     result->is_held = true;
     t.naction = 2;  // reach, grasp
-    bool is_exposed;
+    bool is_exposed, exposes[2];
     OM_TRY(look(&t));
     OM_TRY(try_pulls(&t, &is_exposed));
-    if (!is_exposed && !t.is_cut) OM_TRY(try_folds(&t));
+    if (!is_exposed && !t.is_cut) OM_TRY(try_folds(&t, exposes));
     result->nstep = t.nstep;
     result->is_cut = t.is_cut;
     return OM_OK;
+}
+
+OmStatus om__attempt_fold(const Attempt* a, int arm, OmVec3 tip, OmVec3 grasp_tip,
+                          const double q[OM_PSM_NJOINT], bool exposes[2], int* nstep) {
+    AttemptResult result = {.fold = OM_PLAN_PULL};
+    Attempt plain = *a;
+    plain.trace = NULL;
+    Try t = {.a = &plain, .best = &result, .arm = arm, .tip = tip, .grasp_tip = grasp_tip};
+    t.tool = a->q[arm];
+    memcpy(t.q, q, sizeof t.q);
+    OM_TRY(look(&t));
+    OM_TRY(try_folds(&t, exposes));
+    *nstep += t.nstep;
+    return t.is_cut ? OM_UNSAT : OM_OK;
 }
 
 OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const Trace* trace,

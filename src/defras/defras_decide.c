@@ -317,9 +317,19 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
     loop->stage = STAGE_NEXT_ACTION;
 }
 
-static void check_learning(OmLoop* loop, bool* needs_tick) {
+static OmStatus check_learning(OmLoop* loop, bool* needs_tick) {
     *needs_tick = om__warn_is_learning(loop);
-    if (!*needs_tick) conclude_action(loop, needs_tick);
+    if (*needs_tick) return OM_OK;
+    OM_TRY(om__follow_judge(loop));
+    conclude_action(loop, needs_tick);
+    return OM_OK;
+}
+
+// A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
+// end of a plan, or a release, depends on what is learnt.
+static bool may_run_beside(const OmLoop* loop) {
+    const int next = loop->action_index + 1;
+    return next < loop->plan.naction && loop->plan.action[next].verb == OM_PLAN_PULL;
 }
 
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
@@ -327,7 +337,9 @@ static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     if (loop->warning == 3 && !loop->is_overruled) loop->look_begin = loop->time;
     OM_TRY(om__look_take(loop, needs_tick));
     if (*needs_tick) return OM_OK;
-    if (loop->action.outcome == OM_ACTION_WARNED)
+    const bool is_seen = loop->visibility >= loop->task.visibility;
+    if (loop->action.outcome == OM_ACTION_WARNED ||
+        (loop->monitor && !may_run_beside(loop) && !is_seen))
         om__warn_begin_learning(loop);
     else
         conclude_action(loop, needs_tick);
@@ -373,7 +385,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
-        case STAGE_LEARN: check_learning(loop, &needs_tick); break;
+        case STAGE_LEARN: OM_TRY(check_learning(loop, &needs_tick)); break;
         case STAGE_DOUBT:
             needs_tick = !om__doubt_is_over(loop);
             if (!needs_tick) loop->stage = STAGE_PLAN;

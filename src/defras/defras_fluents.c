@@ -117,7 +117,7 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
     loop->npostponed = 0;
     const uint8_t arms = (uint8_t)((1 << loop->narm) - 1);
     for (int b = 0; b < g->n * g->n; ++b) {
-        s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
+        s->is_fixed[b] = om__follow_is_fixed(loop, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
         s->exposure[b] = loop->exposure[b];

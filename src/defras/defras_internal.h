@@ -184,17 +184,18 @@ struct OmLoop {
     // computed by defras_warn.c
     OmMonitorFrame frame;  // the last one
     OmSceneMonitor monitor_settings;
-    int warning;          // state of Alg. 5, or of a part of the tissue
-    double part_rest;     // m, OmMonitorFrame.part before the present grasp
-    int part_state;       // 0 to 2
-    int warning_action;   // largest during the current action
-    double state3_begin;  // s, since when it is 3
-    bool has_grasped;     // tissue, in this operation
-    bool is_overruled;    // a person continues in state 3
-    bool has_effect_due;  // of the last update on mu
-    double effect_time;   // s, when to measure it
-    int effect_update;    // which one
-    double learn_begin;   // s, of STAGE_LEARN
+    int warning;                    // state of Alg. 5, or of a part of the tissue
+    double part_rest;               // m, OmMonitorFrame.part before the present grasp
+    int part_state;                 // 0 to 2
+    int warning_action;             // largest during the current action
+    double state3_begin;            // s, since when it is 3
+    bool has_grasped;               // tissue, in this operation
+    bool is_overruled;              // a person continues in state 3
+    bool has_effect_due;            // of the last update on mu
+    double effect_time;             // s, when to measure it
+    int effect_update;              // which one
+    double learn_begin;             // s, of STAGE_LEARN
+    double seen_last, seen_change;  // visibility at its last change while learning, and when, s
 
     ForceSum force_sum;  // of defras_force.c
 
@@ -256,7 +257,13 @@ struct OmLoop {
     double look_begin;          // s, since when the arms keep still
     OmMatchAdoption* adoption;  // of the twin; null without an updater
     unsigned char* always;      // attached in every belief of the operation, or null  (nvert)
-    int doubt_grasp;            // grasps until the last doubt, -1: there was none
+    // of defras_follow.c
+    double* increment;    // m, from the twin to the newest scan, or null  (nvert x 3)
+    unsigned char* goal;  // scratch: attachments after the following      (nvert)
+    bool has_increment;
+    bool has_followed;  // since the grasp, and no fold was tried in the twin since
+    bool is_waiting;    // the twin follows, and the arms keep still
+    int doubt_grasp;    // grasps until the last doubt, -1: there was none
 
     // the record
     OmRetractResult result;
@@ -429,13 +436,28 @@ OmStatus om__loop_end_hold(OmLoop* loop);
 double om__warn_part(const OmLoop* loop);  // m, OmMonitorFrame.part less its value before the grasp
 bool om__warn_is_due(const OmLoop* loop);  // a frame, in the step that follows
 OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs);
-void om__warn_end(OmLoop* loop);           // at the end of the loop: the effect of the last update
+OmStatus om__warn_end(OmLoop* loop);       // at the end of the loop: the effect of the last update
 double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions that hold tissue
 bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
-void om__warn_note_update(OmLoop* loop, bool is_adopted);
+OmStatus om__warn_note_update(OmLoop* loop, OmUpdateStage stage);
 void om__warn_begin_learning(OmLoop* loop);
 void om__warn_give_up(OmLoop* loop);      // arms that hold tissue must release it: no pull, no fold
 bool om__warn_is_learning(OmLoop* loop);  // false: STAGE_LEARN is over
+
+// defras_follow.c: nothing happens without an estimator
+OmStatus om__follow_create(OmLoop* loop);
+void om__follow_keep(OmLoop* loop,
+                     bool is_adopted);  // the way to the scan of the estimate just joined
+// Begin to follow it, if there is one and tissue is held. The arms stop.
+OmStatus om__follow_begin(OmLoop* loop, bool* has_begun);
+// After each step: *waits while the twin follows; then the stopped motion continues.
+OmStatus om__follow_check(OmLoop* loop, bool* waits);
+// At the end of learning, if the twin followed: what the twin does not expose is not tried with this grasp.
+OmStatus om__follow_judge(OmLoop* loop);
+bool om__follow_is_fixed(const OmLoop* loop, int block);  // as om__grid_is_fixed of the twin
+
+// defras_ahead.c: does a fold of the tissue in hand, away from the camera or towards the ROI, expose it in the twin?
+OmStatus om__loop_ahead_held(OmLoop* loop, int arm, bool exposes[2]);
 
 // defras_force.c
 void om__force_add(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin);

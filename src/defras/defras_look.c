@@ -11,6 +11,8 @@
 #include "defras/defras_internal.h"
 #include "defras/defras_updater.h"
 
+#define CLEAR \
+    0.6  // of the mean distance before: attachments learnt from a fold leave at most so much
 #define LOOK_LIMIT 1.5  // s, longest wait for a picture beyond the rest
 
 // ---- acquisitions ---------------------------------------------------------------------------------------
@@ -70,6 +72,7 @@ void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip) {
 }
 
 void om__look_note_release(OmLoop* loop, int arm) {
+    loop->has_followed = false;
     if (loop->updater) om__updater_release(loop->updater, arm);
 }
 
@@ -134,7 +137,7 @@ static OmStatus end_record(OmLoop* loop, OmUpdateStage stage, const char* reason
     const OmMatchEstimate* e = &u->estimate;
     OmRetractUpdate* r = &loop->result.update[loop->result.nupdate - 1];
     r->stage = stage;
-    if (stage != OM_UPDATE_CANCELLED) om__warn_note_update(loop, stage == OM_UPDATE_ADOPTED);
+    if (stage != OM_UPDATE_CANCELLED) OM_TRY(om__warn_note_update(loop, stage));
     r->end_tick = stage == OM_UPDATE_CANCELLED ? -1 : loop->tick;
     r->end = loop->time;
     r->nattached_after = stage == OM_UPDATE_ADOPTED ? 0 : r->nattached_before;
@@ -166,6 +169,7 @@ static OmStatus adopt(OmLoop* loop) {
     OM_TRY_DONE(copy_attached(loop, &was));
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
+    om__follow_keep(loop, true);
     om__updater_refresh(u);
     om__doubt_note(loop, u->estimate.attached);
     om__loop_forget_exposure(loop);
@@ -175,6 +179,21 @@ static OmStatus adopt(OmLoop* loop) {
 done:
     om_free(was);
     return status;
+}
+
+// A fold deviates for other reasons than attachments (defras_follow.c): an estimate must explain most of it.
+static bool is_doubtful(const OmLoop* loop) {
+    const OmMatchEstimate* e = &loop->updater->estimate;
+    return loop->monitor && loop->has_dragged && e->has_shape &&
+           e->after_mean > CLEAR * e->before_mean;
+}
+
+// No attachments explain the scan: the twin follows it, if it can.
+static OmStatus follow(OmLoop* loop, const char* reason) {
+    bool has_begun;
+    om__follow_keep(loop, false);
+    OM_TRY(om__follow_begin(loop, &has_begun));
+    return end_record(loop, has_begun ? OM_UPDATE_FOLLOWED : OM_UPDATE_REFUSED, reason, NULL);
 }
 
 static OmStatus end_estimate(OmLoop* loop) {
@@ -193,7 +212,9 @@ static OmStatus end_estimate(OmLoop* loop) {
     if (status != OM_OK)
         status = end_record(loop, OM_UPDATE_REFUSED, om_error_message(), NULL);
     else if (!u->estimate.is_accepted)
-        status = end_record(loop, OM_UPDATE_REFUSED, u->estimate.reason, NULL);
+        status = follow(loop, u->estimate.reason);
+    else if (is_doubtful(loop))
+        status = follow(loop, "in a fold the scan shows these attachments not clearly");
     else
         status = adopt(loop);
     om__updater_drop(u);
@@ -224,13 +245,12 @@ OmStatus om__look_end(OmLoop* loop) {
 bool om__look_is_outdated(const OmLoop* loop) {
     if (!loop->is_corrected) return false;
     for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
-        if (om__grid_is_fixed(&loop->grid, loop->twin, b) != loop->situation.is_fixed[b])
-            return true;
+        if (om__follow_is_fixed(loop, b) != loop->situation.is_fixed[b]) return true;
     return false;
 }
 
 bool om__look_stops_reach(const OmLoop* loop) {
     const OmPlanAction* p = &loop->action.plan;
     return loop->is_corrected && p->verb == OM_PLAN_REACH && !loop->situation.is_fixed[p->block] &&
-           om__grid_is_fixed(&loop->grid, loop->twin, p->block);
+           om__follow_is_fixed(loop, p->block);
 }

@@ -184,6 +184,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     if (status == OM_OK)
         status = om_match_adoption_create(om_body_site(def->twin)->mesh.nvert, &loop->adoption);
     if (status == OM_OK) status = om__doubt_create(loop);
+    if (status == OM_OK) status = om__follow_create(loop);
     if (status == OM_OK && def->preplan) {
         loop->preplan = om_alloc(1, sizeof *loop->preplan);
         status = loop->preplan ? OM_OK : OM_NO_MEMORY;
@@ -195,6 +196,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         om_match_adoption_destroy(loop->adoption);
         om_roi_meter_destroy(loop->meter);
         om_free(loop->always);
+        om_free(loop->increment);
+        om_free(loop->goal);
         om_free(loop->preplan);
         om_free(loop);
         return status;
@@ -235,6 +238,8 @@ void om_loop_destroy(OmLoop* loop) {
     om_match_adoption_destroy(loop->adoption);
     om_roi_meter_destroy(loop->meter);
     om_free(loop->always);
+    om_free(loop->increment);
+    om_free(loop->goal);
     om_free(loop->preplan);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
@@ -246,7 +251,7 @@ void om_loop_destroy(OmLoop* loop) {
 static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OM_TRY(om__look_end(loop));
-    om__warn_end(loop);
+    OM_TRY(om__warn_end(loop));
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->world_ntorn = loop->truth_nattached - om__count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
@@ -306,7 +311,9 @@ static OmStatus tick(OmLoop* loop) {
     OM_TRY(om__loop_notify_tick(loop));
     OM_TRY(om__look_check(loop));
     OM_TRY(om__loop_check_hold(loop));
-    if (!loop->is_paused && loop->stage != STAGE_ENDED) OM_TRY(om__loop_decide(loop));
+    bool waits;
+    OM_TRY(om__follow_check(loop, &waits));
+    if (!loop->is_paused && !waits && loop->stage != STAGE_ENDED) OM_TRY(om__loop_decide(loop));
     if (loop->stage != STAGE_ENDED) OM_TRY(om__look_start(loop));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }

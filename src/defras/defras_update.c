@@ -18,6 +18,7 @@ const char* om_update_stage_text(OmUpdateStage stage) {
     case OM_UPDATE_REFUSED: return "refused";
     case OM_UPDATE_CANCELLED: return "cancelled";
     case OM_UPDATE_DOUBTED: return "doubted";
+    case OM_UPDATE_FOLLOWED: return "followed";
     }
     return "";
 }

@@ -89,9 +89,10 @@ static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out
     out->uncertainty = om_calloc((size_t)nvert, sizeof *out->uncertainty);
     out->stiffness = om_calloc((size_t)nvert, sizeof *out->stiffness);
     out->attached = om_calloc((size_t)nvert, 1);
+    out->shape = om_calloc(3 * (size_t)nvert, sizeof *out->shape);
     out->x = om_calloc((size_t)nacq * 3 * (size_t)nvert, sizeof *out->x);
-    bool is_whole =
-        out->probability && out->uncertainty && out->stiffness && out->attached && out->x;
+    bool is_whole = out->probability && out->uncertainty && out->stiffness && out->attached &&
+                    out->shape && out->x;
     for (int i = 0; is_whole && i < m->view.ncandidate; ++i)
         out->uncertainty[m->candidate[i]] = 1;  // until a scan says more
     return is_whole ? OM_OK : OM_NO_MEMORY;
@@ -194,6 +195,19 @@ static OmStatus infer(Job* j) {
     return OM_OK;
 }
 
+// ---- the shape of the newest scan --------------------------------------------------------------------------------
+
+static OmStatus keep_shape(Job* j) {
+    OmMatchEstimate* out = j->out;
+    OmMatchTrial shape;
+    const size_t n3 = 3 * (size_t)j->match->view.mesh->nvert;
+    OM_TRY(om__match_measure(&j->trier, j->evidence.x, &shape));
+    memcpy(out->shape, j->evidence.x + (size_t)(j->trier.nacq - 1) * n3, n3 * sizeof *out->shape);
+    out->shape_median = shape.median;
+    out->has_shape = shape.mean < CLEARLY * j->before.mean;
+    return OM_OK;
+}
+
 // ---- trials ---------------------------------------------------------------------------------------------------
 
 // Dice coefficient of two sets by area; 1 for two empty ones.
@@ -220,6 +234,7 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
     const int n = 3 + (j->advice ? j->advice->nset : 0);
     size_t size = (size_t)j->trier.nacq * 3 * (size_t)m->view.mesh->nvert * sizeof *out->x;
     OM_TRY(om__match_measure(&j->trier, j->evidence.x_before, &j->before));
+    OM_TRY(keep_shape(j));
     for (int k = 0; k < n; ++k) {
         OM_TRY(om_progress_report(progress, "check", k, n));
         if (!j->set[k] || is_known(j, k)) continue;
@@ -253,6 +268,8 @@ static OmStatus check(Job* j) {
     out->before_p90 = j->before.p90;
     out->after_median = j->after.median;
     out->after_p90 = j->after.p90;
+    out->before_mean = j->before.mean;
+    out->after_mean = j->after.mean;
     if (!j->after.is_at_rest) return refuse(out, "the twin found no rest with the new attachments");
     if (def->is_unchecked) return OM_OK;
     if (out->after_median > def->max_residual)
@@ -324,5 +341,6 @@ void om_match_estimate_done(OmMatchEstimate* e) {
     om_free(e->stiffness);
     om_free(e->attached);
     om_free(e->x);
+    om_free(e->shape);
     memset(e, 0, sizeof *e);
 }

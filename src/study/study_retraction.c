@@ -176,6 +176,7 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, Columns
         score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.best.naction);
     score->ntrigger += run->ntrigger;
     score->ngood += run->ngood;
+    score->ngood_alone += run->ngood_alone;
     score->nfalse +=
         r->c.kind == RETRACTION_SAME && run->nwarning[0] + run->nwarning[1] + run->nwarning[2] > 0;
 }

@@ -34,17 +34,24 @@ static void put_score(const char* title, const OmRetractionScore* r, char cell[N
     ratio_text(cell[6], r->events, "%.3g");
     ratio_text(cell[7], r->force, "%.2f");
     ratio_text(cell[8], r->force_world, "%.2f");
-    snprintf(cell[9], WORD, "%d of %d", r->ngood, r->ntrigger);
+    snprintf(cell[9], WORD, "%d of %d, %d", r->ngood, r->ntrigger, r->ngood_alone);
     snprintf(cell[10], WORD, "%d", r->nfalse);
 }
 
 // The rows that were run, under a heading; nothing if there is none.
 static void add_scores(const char* title, const OmRetractionScore* score, const char* thesis,
                        OmReport* report) {
-    static const char* const heading[NSCORE] = {
-        "",      "success",         "of those possible", "visibility, %, median",
-        "mean",  "actions",         "force events",      "F_max / epsilon, twin",
-        "truth", "updates to 2 mm", "false alarms"};
+    static const char* const heading[NSCORE] = {"",
+                                                "success",
+                                                "of those possible",
+                                                "visibility, %, median",
+                                                "mean",
+                                                "actions",
+                                                "force events",
+                                                "F_max / epsilon, twin",
+                                                "truth",
+                                                "updates to 2 mm, by attachments alone",
+                                                "false alarms"};
     char text[OM_RETRACTION_NROW][NSCORE][WORD];
     const char* cell[OM_RETRACTION_NROW * NSCORE];
     int n = 0;
@@ -333,6 +340,8 @@ static void put_run_json(OmJson* json, const char* key, const RetractionRun* r) 
     om_json_integer(json, "updates_adopted", r->nadopted);
     om_json_integer(json, "triggers", r->ntrigger);
     om_json_integer(json, "triggers_good", r->ngood);
+    om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
+    om_json_integer(json, "updates_followed", r->nfollowed);
     om_json_integer(json, "warnings", r->nwarning[0] + r->nwarning[1] + r->nwarning[2]);
     om_json_string(json, "hold", om_hold_text(r->hold));
     om_json_number(json, "visibility_seen", r->visibility_seen);
@@ -384,6 +393,7 @@ static void put_scores_json(OmJson* json, const char* key, const OmRetractionSco
         om_json_number(json, "force_world_ratio", r->force_world);
         om_json_integer(json, "triggers", r->ntrigger);
         om_json_integer(json, "triggers_good", r->ngood);
+        om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
         om_json_integer(json, "false_alarms", r->nfalse);
         om_json_close(json, '}');
     }

@@ -7,16 +7,42 @@
 
 #include "defras/defras_internal.h"
 
+#include "omentum/defras_ahead.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_update.h"
 
-// An estimate that knows the truth: the far half is attached. Or it is refused.
+// An estimate that knows the truth: the far half is attached. Or it is refused, with the shape of the truth or without.
 typedef struct Teacher {
     const OmSite* site;
     bool refuses;
-    int nall;  // so many answers attach the whole underside
+    const OmBody* truth;  // its shape goes with a refusal; null: none
+    int nall;             // so many answers attach the whole underside
     int ncall;
 } Teacher;
+
+// The truth has a finer mesh: displacements of its vertices, weighted by distance at rest.
+static OmVec3 place_in_truth(const OmBody* truth, OmVec3 p) {
+    const OmTetMesh* mesh = &om_body_site(truth)->mesh;
+    double sum = 0;
+    OmVec3 u = om_vec3(0, 0, 0);
+    for (int v = 0; v < mesh->nvert; ++v) {
+        const OmVec3 rest = om_load3(mesh->x, v);
+        const double d2 = om_norm2(om_sub(rest, p)) + 1e-12, w = 1 / (d2 * d2);
+        u = om_madd(u, w, om_sub(om_load3(om_body_x(truth), v), rest));
+        sum += w;
+    }
+    return om_madd(p, 1 / sum, u);
+}
+
+static OmStatus show_truth(const Teacher* t, OmMatchEstimate* e) {
+    const OmTetMesh* mesh = &t->site->mesh;
+    OM_ALLOC(e->shape, 3 * (size_t)mesh->nvert);
+    for (int v = 0; v < mesh->nvert; ++v)
+        om_store3(e->shape, v, place_in_truth(t->truth, om_load3(mesh->x, v)));
+    e->nvert = mesh->nvert;
+    e->has_shape = true;
+    return OM_OK;
+}
 
 static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress* progress,
                       OmMatchEstimate* e) {
@@ -25,7 +51,7 @@ static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress
     ++t->ncall;
     if (t->refuses) {
         snprintf(e->reason, sizeof e->reason, "it saw too little");
-        return OM_OK;
+        return t->truth ? show_truth(t, e) : OM_OK;
     }
     const OmTetMesh* mesh = &t->site->mesh;
     const OmMeshSet* under = om_tet_mesh_find_set(mesh, "underside");
@@ -118,12 +144,17 @@ typedef struct Course {
     Seen seen;
     OmUpdater* updater;
     OmMonitor* monitor;
+    OmAhead* ahead;
     OmLoop* loop;
 } Course;
 
 static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attended) {
     memset(c, 0, sizeof *c);
     rig_create(&c->g, scene);
+    if (scene.task.ahead > 0) {
+        OmAheadDef ahead = om_ahead_default_def(&c->g.scene, &c->g.twin_site);
+        assert_ok(om_ahead_create(&ahead, c->g.twin, &c->ahead));
+    }
     c->teacher = (Teacher){.site = &c->g.twin_site, .refuses = refuses};
     c->seen.world = c->g.world;
     c->seen.has_parts = scene.monitor.part_limit[1] > 0;
@@ -144,11 +175,13 @@ static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attende
     def.updater = c->updater;
     def.monitor = c->monitor;
     def.is_attended = is_attended;
+    def.ahead = c->ahead;
     assert_ok(om_loop_create(&def, &c->loop));
 }
 
 static void course_end(Course* c) {
     om_loop_destroy(c->loop);
+    om_ahead_destroy(c->ahead);
     om_updater_destroy(c->updater);
     om_monitor_destroy(c->monitor);
     rig_destroy(&c->g);
@@ -249,6 +282,41 @@ static void test_nothing_is_learnt(void** state) {
     assert_int_equal(r->update[0].stage, OM_UPDATE_REFUSED);
     assert_true(r->update[0].mu_after > 0.3e-3);
     course_end(&c);
+}
+
+// If no attachments explain the picture, the twin follows it: mu falls, and the attachments are those from before. The
+// tissue stays in hand only where a fold exposes the ROI in the twin from there; without a look ahead it is let go.
+static void test_follow(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        Course c;
+        OmScene scene = warn_scene(0.1e-3, 0.3e-3, 0.06);
+        scene.task.ahead = k ? 3 : 0;
+        course_begin(&c, scene, true, false);
+        c.teacher.truth = om_world_truth(c.g.world);
+        while (c.loop->arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
+        c.loop->has_dragged = true;  // as if the tissue had been folded before
+        tick_to_end(c.loop);
+        const OmRetractResult* r = om_loop_result(c.loop);
+        print_course(r);
+        assert_true(r->nupdate >= 1);
+        const OmRetractUpdate* u = &r->update[0];
+        assert_int_equal(u->stage, OM_UPDATE_FOLLOWED);
+        assert_true(u->is_followed);
+        assert_string_equal(u->reason, "it saw too little");
+        assert_int_equal(u->nattached_after, u->nattached_before);
+        assert_true(u->mu_after < 0.5 * u->mu_before);
+        assert_true(om_match_adoption_force(c.loop->adoption) > 0);
+        assert_int_equal(c.seen.nmove_in_learning, 0);
+        int i = 0;  // the first that a warning stopped
+        while (i + 1 < r->naction && r->action[i].outcome != OM_ACTION_WARNED) ++i;
+        assert_true(i + 1 < r->naction);
+        const bool is_kept = r->action[i + 1].verb != OM_PLAN_RELEASE;
+        printf("  then: %s\n", is_kept ? "the tissue stays in hand" : "it is let go");
+        assert_int_equal(is_kept, k);
+        assert_true(k ? r->nahead_step > 100 : r->nahead_step == 0);
+        course_end(&c);
+    }
 }
 
 // State 3 ends an unattended run. A person may continue: the state then holds no more until it has fallen.
@@ -388,11 +456,11 @@ static void test_doubt_ends(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_warning),          cmocka_unit_test(test_state_one),
-        cmocka_unit_test(test_state_two),           cmocka_unit_test(test_nothing_is_learnt),
-        cmocka_unit_test(test_state_three),         cmocka_unit_test(test_a_part),
-        cmocka_unit_test(test_a_part_after_a_fold), cmocka_unit_test(test_doubt),
-        cmocka_unit_test(test_doubt_ends),
+        cmocka_unit_test(test_no_warning), cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),  cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_follow),     cmocka_unit_test(test_state_three),
+        cmocka_unit_test(test_a_part),     cmocka_unit_test(test_a_part_after_a_fold),
+        cmocka_unit_test(test_doubt),      cmocka_unit_test(test_doubt_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
