@@ -30,6 +30,7 @@ extern "C" {
 #define OM_RL_MAX_CHOICE 64  // choices of all components together
 #define OM_RL_MAX_INFO 8     // named values beside the observation
 #define OM_RL_NAME 32        // bytes of a name with its end
+#define OM_RL_MEANING 160    // bytes of OmRlTask.meaning with its end
 
 typedef struct OmRlTask OmRlTask;
 
@@ -105,8 +106,10 @@ struct OmRlTask {  // head of every kind of task; constant after creation
     double period;  // of a step in real time, s, > 0
     double move;    // of the tip along an axis in a step, m; 0: the task has no tip, place, steer
     bool has_jaw;   // steer uses is_closed
-    // Of all settings: checkpoints and demonstrations of other settings are refused.
-    uint64_t hash;
+    // Settings that change what observations and actions mean, as KEY=VALUE with spaces between: demonstrations of
+    // other ones are refused. Empty: there are none.
+    char meaning[OM_RL_MEANING];
+    uint64_t hash;  // of all settings: checkpoints of other settings are refused
 };
 
 typedef struct OmRlSetting {  // of a task, as written by a user

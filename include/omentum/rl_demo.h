@@ -17,7 +17,9 @@ extern "C" {
 #endif
 
 typedef struct OmRlDemos {  // om_rl_demos_done frees
-    char task[OM_RL_NAME];
+    char task[OM_RL_NAME];  // empty: the file does not say
+    char meaning
+        [OM_RL_MEANING];  // of the task (rl.h); empty: the file does not say, or there is none
     int nobservation, naction;
     int nchoice[OM_RL_MAX_ACTION];
     int ndemo;
@@ -35,8 +37,9 @@ typedef struct OmRlDemos {  // om_rl_demos_done frees
 OM_API OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
                                    const OmProgress* progress, OmRlDemos* demos);
 OM_API void om_rl_demos_done(OmRlDemos* demos);
-/// Whether they are of this task.
-/// @return OM_OK; OM_INVALID (another task, or other sizes)
+/// Whether they can be used for this task. What a file of another tool does not say (task, meaning) is not compared:
+/// observations and actions must then be those of the task.
+/// @return OM_OK; OM_INVALID (another task, other sizes, or another meaning; the message names both)
 OM_API OmStatus om_rl_demos_check(const OmRlDemos* demos, const OmRlTask* task);
 
 /// @return OM_OK; OM_NO_MEMORY; OM_IO

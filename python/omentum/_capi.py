@@ -94,6 +94,7 @@ OM_RL_MAX_CHOICE = 64
 OM_RL_MAX_INFO = 8
 OM_RL_MAX_POINT = 64
 OM_RL_MAX_VARIANT = 64
+OM_RL_MEANING = 160
 OM_RL_MIN_SIDE = 36
 OM_RL_NAME = 32
 OM_RL_NAPPROACH = 8
@@ -5551,6 +5552,7 @@ class OmRlTask(Struct):
     period: float
     move: float
     has_jaw: bool
+    meaning: str
     hash: int
 
 
@@ -5616,7 +5618,9 @@ class OmRlStep(Struct):
 
 class OmRlDemos(Struct):
     """typedef struct OmRlDemos {  // om_rl_demos_done frees
-    char task[OM_RL_NAME];
+    char task[OM_RL_NAME];  // empty: the file does not say
+    char meaning
+        [OM_RL_MEANING];  // of the task (rl.h); empty: the file does not say, or there is none
     int nobservation, naction;
     int nchoice[OM_RL_MAX_ACTION];
     int ndemo;
@@ -5628,6 +5632,7 @@ class OmRlDemos(Struct):
     double* score;   // of each demonstration: the task's score, or the return (ndemo)
 } OmRlDemos;"""
     task: str
+    meaning: str
     nobservation: int
     naction: int
     nchoice: Numbers
@@ -7146,12 +7151,12 @@ complete(OmReportBox, [("min", c_double), ("lower", c_double), ("median", c_doub
 complete(OmReportChart, [("title", c_char_p), ("x_label", c_char_p), ("y_label", c_char_p), ("series", OmReportSeries * 6), ("nseries", c_int), ("has_limit", c_bool), ("limit", c_double), ("limit_name", c_char_p), ("limit2", c_double), ("limit2_name", c_char_p), ("is_log_x", c_bool), ("is_log_y", c_bool), ("has_range", c_bool), ("y_min", c_double), ("y_max", c_double), ("event", c_void_p), ("nevent", c_int), ("span", POINTER(OmReportSpan)), ("nspan", c_int), ("ngroup", c_int), ("group", POINTER(c_char_p)), ("box", POINTER(OmReportBox))], {})
 complete(OmRlKey, [("key", c_int), ("component", c_int), ("choice", c_int), ("about", c_char_p)], {})
 complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_create", CFUNCTYPE(c_int, POINTER(OmRlTask), POINTER(c_void_p))), ("state_destroy", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p)), ("reset", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, OmRng, c_int)), ("step", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p, c_void_p, c_void_p)), ("observe", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("info", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("render", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, POINTER(OmPicture))), ("expert", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, POINTER(OmRng), c_void_p)), ("tip", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("place", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("steer", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p, c_bool, c_void_p)), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmRlTask))), ("save", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p))], {})
-complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("key", POINTER(OmRlKey)), ("nkey", c_int), ("rest", c_int * 8), ("period", c_double), ("move", c_double), ("has_jaw", c_bool), ("hash", c_uint64)], {})
+complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("key", POINTER(OmRlKey)), ("nkey", c_int), ("rest", c_int * 8), ("period", c_double), ("move", c_double), ("has_jaw", c_bool), ("meaning", c_char * 160), ("hash", c_uint64)], {})
 complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
 complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
 complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool), ("has_autoreset", c_bool)], {})
 complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
-complete(OmRlDemos, [("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
+complete(OmRlDemos, [("task", c_char * 32), ("meaning", c_char * 160), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
 complete(OmRlDriveNow, [("episode", c_int), ("nstep", c_int), ("sum", c_double), ("is_over", c_bool), ("is_terminated", c_bool)], {})
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("seed", c_uint64)], {"activation": OmActivation})
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})

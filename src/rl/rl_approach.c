@@ -169,6 +169,7 @@ OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTa
                          .nkey = sizeof keys / sizeof *keys,
                          .rest = {1, 1, 1}};
     a->step = size;
+    snprintf(a->head.meaning, sizeof a->head.meaning, "step=%.9g", size);
     a->head.hash = om_hash(a->head.name, sizeof a->head.name, OM_HASH_SEED);
     a->head.hash = om_hash(&size, sizeof size, a->head.hash);
     *task = &a->head;

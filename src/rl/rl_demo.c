@@ -14,12 +14,22 @@ void om_rl_demos_done(OmRlDemos* d) {
 }
 
 OmStatus om_rl_demos_check(const OmRlDemos* d, const OmRlTask* task) {
-    OM_CHECK(strcmp(d->task, task->name) == 0, OM_INVALID,
+    const bool is_named = d->task[0] != 0;
+    OM_CHECK(!is_named || strcmp(d->task, task->name) == 0, OM_INVALID,
              "the demonstrations are of task %s, not of %s", d->task, task->name);
-    bool is_alike = d->nobservation == task->nobservation && d->naction == task->naction;
-    for (int k = 0; is_alike && k < d->naction; ++k) is_alike = d->nchoice[k] == task->nchoice[k];
-    OM_CHECK(is_alike, OM_INVALID,
-             "the demonstrations have other observations or actions than the task");
+    OM_CHECK(d->nobservation == task->nobservation && d->naction == task->naction, OM_INVALID,
+             "the demonstrations have observations of %d values and actions of %d components, the "
+             "task has %d and %d",
+             d->nobservation, d->naction, task->nobservation, task->naction);
+    // without a name the choices are the largest numbers seen
+    for (int k = 0; k < d->naction; ++k)
+        OM_CHECK(is_named ? d->nchoice[k] == task->nchoice[k] : d->nchoice[k] <= task->nchoice[k],
+                 OM_INVALID, "component %d of the demonstrations has %d choices, of the task %d", k,
+                 d->nchoice[k], task->nchoice[k]);
+    OM_CHECK(!d->meaning[0] || strcmp(d->meaning, task->meaning) == 0, OM_INVALID,
+             "the demonstrations have the settings %s, the task has %s; record demonstrations with "
+             "the settings of the task",
+             d->meaning, task->meaning[0] ? task->meaning : "none");
     return OM_OK;
 }
 
@@ -121,6 +131,8 @@ OmStatus om__rl_demos_append(OmRlDemos* d, const OmRlTask* task, int n, const fl
         return status;
     }
     memcpy(all.task, task->name, sizeof all.task);
+    // a file that does not say what its steps mean says no more with another episode
+    memcpy(all.meaning, d->ndemo > 0 ? d->meaning : task->meaning, sizeof all.meaning);
     memcpy(all.nchoice, task->nchoice, sizeof all.nchoice);
     if (d->ndemo > 0) {
         memcpy(all.adr, d->adr, (size_t)d->ndemo * sizeof *all.adr);
@@ -146,6 +158,7 @@ static OmStatus join(const OmRlTask* task, const Episode* e, int ndemo, OmRlDemo
     OM_CHECK(nstep < INT32_MAX, OM_INVALID, "demonstrations: too many steps");
     OM_TRY(om__rl_demos_alloc(ndemo, (int)nstep, task->nobservation, task->naction, d));
     memcpy(d->task, task->name, sizeof d->task);
+    memcpy(d->meaning, task->meaning, sizeof d->meaning);
     memcpy(d->nchoice, task->nchoice, sizeof d->nchoice);
     size_t at = 0, nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
     for (int k = 0; k < ndemo; ++k) {

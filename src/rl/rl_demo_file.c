@@ -1,14 +1,14 @@
 // rl_demo_file.c: demonstrations as HDF5 in the layout of robomimic.
 //
-//     data                    attributes total, env_args (JSON), task, nchoice
+//     data                    attributes total, env_args (JSON), task, nchoice, meaning (rl.h)
 //     data/demo_0             attributes num_samples, score
 //     data/demo_0/obs/state   (n x nobservation) float
 //     data/demo_0/actions     (n x naction) float, the number of the choice
 //     data/demo_0/rewards     (n) double
 //     data/demo_0/dones       (n) integer, 1 at the last step
 //
-// A file of ours has the head and hash of nn_store.h in front, which HDF5's tools skip. Files of robomimic have none:
-// task and choices then come from env_name and from the actions.
+// A file of ours has the head and hash of nn_store.h in front, which HDF5's tools skip. Files of other tools have none.
+// Where they lack `task` and `meaning`, these are not compared with a task, and choices are counted from the actions.
 #include <math.h>
 #include <string.h>
 
@@ -59,9 +59,10 @@ done:
 OmStatus om_rl_demos_save(const OmRlDemos* d, const char* path) {
     OmStoreWriter* w = NULL;
     OmText text = {0};
-    unsigned char name[OM_RL_NAME] = {0};
+    unsigned char name[OM_RL_NAME] = {0}, meaning[OM_RL_MEANING] = {0};
     OmStatus status;
     memcpy(name, d->task, sizeof name);
+    memcpy(meaning, d->meaning, sizeof meaning);
     OM_TRY(om_store_begin(KIND, FORMAT, &w));
     OM_TRY_DONE(
         om_text_append(&text, "{\"env_name\": \"%s\", \"type\": 2, \"env_kwargs\": {}}", d->task));
@@ -69,6 +70,7 @@ OmStatus om_rl_demos_save(const OmRlDemos* d, const char* path) {
     om_store_value(w, "data@total", OM_STORE_I32, 0, &d->nstep);
     om_store_text(w, "data@env_args", text.str);
     om_store_value(w, "data@task", OM_STORE_U8, OM_RL_NAME, name);
+    om_store_value(w, "data@meaning", OM_STORE_U8, OM_RL_MEANING, meaning);
     om_store_value(w, "data@nchoice", OM_STORE_I32, OM_RL_MAX_ACTION, d->nchoice);
     om_store_value(w, "data@ndemo", OM_STORE_I32, 0, &d->ndemo);
     for (int k = 0; k < d->ndemo; ++k) OM_TRY_DONE(put_demo(w, d, k));
@@ -140,9 +142,15 @@ static OmStatus get_demo(const OmStoreReader* r, const char* file, int k, int at
     return OM_OK;
 }
 
-// The task's name and choices: of our attributes, or nothing and the largest number seen.
+// The task's name, meaning and choices: of our attributes, or nothing and the largest number seen.
 static OmStatus get_task(const OmStoreReader* r, const char* file, OmRlDemos* d) {
-    unsigned char name[OM_RL_NAME];
+    unsigned char name[OM_RL_NAME], meaning[OM_RL_MEANING];
+    if (om_store_get_value(r, "data@meaning", OM_STORE_U8, OM_RL_MEANING, meaning) >= 0) {
+        memcpy(d->meaning, meaning, sizeof meaning);
+        d->meaning[OM_RL_MEANING - 1] = 0;
+        OM_CHECK(om_text_is_plain(d->meaning, strlen(d->meaning), NULL), OM_INVALID,
+                 "%s: the meaning of steps is no text", file);
+    }
     if (om_store_get_value(r, "data@task", OM_STORE_U8, OM_RL_NAME, name) >= 0) {
         memcpy(d->task, name, sizeof name);
         d->task[OM_RL_NAME - 1] = 0;

@@ -351,6 +351,7 @@ static void fill_head(OmRlExpose* e) {
         h->picture_width = e->retract->picture_width;
         h->picture_height = e->retract->picture_height;
     }
+    memcpy(h->meaning, e->retract->meaning, sizeof h->meaning);
     h->hash = om_hash(e->goal, sizeof e->goal, e->retract->hash);
 }
 

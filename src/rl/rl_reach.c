@@ -166,6 +166,7 @@ OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask*
                          .period = 0.05};
     r->step = size;
     r->has_fixed_horizon = fixed_horizon == 1;
+    snprintf(r->head.meaning, sizeof r->head.meaning, "step=%.9g", size);
     r->head.hash = om_hash(r->head.name, sizeof r->head.name, OM_HASH_SEED);
     r->head.hash = om_hash(&size, sizeof size, r->head.hash);
     r->head.hash = om_hash(&fixed_horizon, sizeof fixed_horizon, r->head.hash);

@@ -292,6 +292,12 @@ static void fill_head(OmRlRetract* t) {
     h->period = d->time_step * d->repeat;
     h->move = d->move * d->repeat;
     h->has_jaw = d->has_gripper;
+    const OmVec3 lo = om_scale(1e3, d->workspace_lo), hi = om_scale(1e3, d->workspace_hi);
+    snprintf(
+        h->meaning, sizeof h->meaning,
+        "move_mm=%.6g repeat=%d points=%d picture=%dx%d workspace_mm=%.6g:%.6g,%.6g:%.6g,%.6g:%.6g",
+        1e3 * d->move, d->repeat, d->npoint, h->picture_width, h->picture_height, lo.x, hi.x, lo.y,
+        hi.y, lo.z, hi.z);
     // the rest state depends on every setting of the scene; the others are added
     uint64_t hash = om_hash(t->rest_x, 3 * (size_t)t->nvert * sizeof *t->rest_x, OM_HASH_SEED);
     double own[] = {d->max_step,     d->hold,        d->has_fixed_horizon,

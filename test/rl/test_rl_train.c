@@ -1,4 +1,5 @@
 // test_rl_train.c: small tasks are learnt; a training does not depend on workers or interruptions; files.
+#include "omentum/nn_store.h"
 #include "omentum/rl_demo.h"
 #include "omentum/rl_train.h"
 #include "test_alloc.h"
@@ -160,6 +161,8 @@ static void test_demos(void** state) {
     assert_ok(om_rl_demos_save(&a, path));
     assert_ok(om_rl_demos_load(path, &b));
     assert_string_equal(a.task, b.task);
+    assert_string_equal(a.meaning, "step=0.05");
+    assert_string_equal(b.meaning, a.meaning);
     assert_int_equal(a.ndemo, b.ndemo);
     assert_int_equal(a.nstep, b.nstep);
     assert_memory_equal(a.adr, b.adr, 12 * sizeof(int));
@@ -179,6 +182,65 @@ static void test_demos(void** state) {
     om_rl_demos_done(&b);
     assert_status(om_rl_demos_parse("nothing", 7, "a text", &b), OM_INVALID);
     om_rl_demos_done(&a);
+    om_rl_task_destroy(task);
+    om_rl_task_destroy(other);
+}
+
+// Demonstrations of other moves are refused by file; the message names both settings.
+static void test_demos_of_other_moves(void** state) {
+    (void)state;
+    const OmRlSetting twice = {"step", "0.1"};
+    char path[512];
+    snprintf(path, sizeof path, "%s", in_dir("demos.hdf5"));
+    OmRlTask *task = task_of("reach"), *coarse;
+    OmRlDemos d;
+    OmRlTrainResult result;
+    assert_ok(om_rl_task_create("reach", &twice, 1, &coarse));
+    write_demos(task, 3, path);
+    OmRlTrainDef def = small_def(coarse, NULL, OM_RL_GAIL, path);
+    assert_status(om_rl_train_run(&def, NULL, &result), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "step=0.05"));
+    assert_non_null(strstr(om_error_message(), "step=0.1"));
+    assert_ok(om_rl_demos_load(path, &d));
+    assert_ok(om_rl_demos_check(&d, task));
+    assert_status(om_rl_demos_check(&d, coarse), OM_INVALID);
+    d.meaning[0] = 0;  // a file that does not say
+    assert_ok(om_rl_demos_check(&d, coarse));
+    om_rl_demos_done(&d);
+    om_rl_task_destroy(task);
+    om_rl_task_destroy(coarse);
+}
+
+// A file of another tool: steps and arrays alone. It is used if observations and actions are those of the task.
+static void test_demos_of_another_tool(void** state) {
+    (void)state;
+    enum { N = 5, NOBS = 7 };
+    const float obs[N * NOBS] = {0};
+    const int num = N;
+    char path[512];
+    snprintf(path, sizeof path, "%s", in_dir("other.hdf5"));
+    OmRlTask *task = task_of("reach"), *other = task_of("approach");
+    for (int most = 2; most <= 3; ++most) {  // choices of reach are 0, 1, 2
+        const float action[3 * N] = {0, 1, 2, 1, 1, 1, 0, 0, 0, 1, (float)most, 0, 1, 2, 2};
+        OmStoreWriter* w;
+        OmRlDemos d;
+        assert_ok(om_store_begin("omentum demonstrations", 1, &w));
+        om_store_group(w, "data");
+        om_store_group(w, "data/demo_0");
+        om_store_group(w, "data/demo_0/obs");
+        om_store_value(w, "data/demo_0@num_samples", OM_STORE_I32, 0, &num);
+        om_store_array(w, "data/demo_0/obs/state", OM_STORE_F32, (int[3]){N, NOBS}, 64, NULL, obs);
+        om_store_array(w, "data/demo_0/actions", OM_STORE_F32, (int[3]){N, 3}, 64, NULL, action);
+        assert_ok(om_store_save(w, path));
+        assert_ok(om_rl_demos_load(path, &d));
+        assert_string_equal(d.task, "");
+        assert_string_equal(d.meaning, "");
+        assert_status(om_rl_demos_check(&d, task), most == 2 ? OM_OK : OM_INVALID);
+        if (most == 3) assert_non_null(strstr(om_error_message(), "has 4 choices, of the task 3"));
+        assert_status(om_rl_demos_check(&d, other), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "7 values"));
+        om_rl_demos_done(&d);
+    }
     om_rl_task_destroy(task);
     om_rl_task_destroy(other);
 }
@@ -304,6 +366,8 @@ int main(void) {
         cmocka_unit_test(test_reach_is_solved),
         cmocka_unit_test(test_workers_and_interruptions),
         cmocka_unit_test(test_demos),
+        cmocka_unit_test(test_demos_of_other_moves),
+        cmocka_unit_test(test_demos_of_another_tool),
         cmocka_unit_test(test_clone),
         cmocka_unit_test(test_gail),
         cmocka_unit_test(test_policy_file),
