@@ -10,7 +10,8 @@
 ///     OmRlTrainResult result;
 ///     om_rl_train_run(&def, NULL, &result);          // policy.safetensors, policy.onnx, metrics.csv, report.html
 ///
-/// The policy is written with each checkpoint. The same call continues from the checkpoint and ends with the bytes of
+/// The policy is written with each checkpoint. With `eval_period` it is the best one of all evaluations, otherwise the
+/// last one. The same call continues from the checkpoint and ends with the bytes of
 /// an uninterrupted training. The result is a function of definition, task and seed, for any number of workers.
 #ifndef OMENTUM_RL_TRAIN_H
 #define OMENTUM_RL_TRAIN_H
@@ -38,6 +39,8 @@ typedef struct OmRlTrainRow {  // of metrics.csv, one an iteration
     double rate;           // learning rate
     // GAIL: share of samples that the discriminator judges right, demonstrations and the policy's
     double right_demo, right_policy;
+    // of the evaluation after this iteration; NaN: there was none
+    double eval_score, eval_return, eval_least;  // mean score, mean return, lowest score
     double seconds;  // of training, without the time between a stop and its resumption
 } OmRlTrainRow;
 
@@ -76,6 +79,14 @@ typedef struct OmRlTrainDef {
     double gail_noise;     // standard deviation added to its observations, default 0.02
     int gail_epoch;        // passes over the samples of an iteration, default 1
     bool gail_actions;     // it sees actions beside observations; default false
+    // Evaluations during PPO and GAIL: episodes of the most probable actions. The policy with the highest mean score
+    // is kept (then the highest mean return, then the later one) and is the result.
+    int eval_period;     // iterations; the last one is always evaluated; 0 (default): none
+    int eval_nepisode;   // of an evaluation, from drawn starts, always the same; default 32
+    uint64_t eval_seed;  // of these episodes; default 2000
+    // evaluations in a row in which every episode reaches the task's target: the training ends; 0 (default): never
+    int eval_stop;
+    const OmRlTask* eval_task;  // with the same observations and actions; null (default): `task`
     //
     double checkpoint_period;                            // s, default 30; 0: after each iteration
     const char* command;                                 // for the metadata; default null
@@ -89,6 +100,7 @@ typedef struct OmRlTrainResult {  // om_rl_train_result_done frees
     OmRlTrainRow* row;  // (nrow)
     int nrow;
     bool is_resumed;
+    int64_t kept_step;  // steps before the kept policy; 0: the last one, there were no evaluations
     double seconds;
 } OmRlTrainResult;
 

@@ -5910,6 +5910,8 @@ class OmRlTrainRow(Struct):
     double rate;           // learning rate
     // GAIL: share of samples that the discriminator judges right, demonstrations and the policy's
     double right_demo, right_policy;
+    // of the evaluation after this iteration; NaN: there was none
+    double eval_score, eval_return, eval_least;  // mean score, mean return, lowest score
     double seconds;  // of training, without the time between a stop and its resumption
 } OmRlTrainRow;"""
     step: int
@@ -5925,6 +5927,9 @@ class OmRlTrainRow(Struct):
     rate: float
     right_demo: float
     right_policy: float
+    eval_score: float
+    eval_return: float
+    eval_least: float
     seconds: float
 
 
@@ -5964,6 +5969,14 @@ class OmRlTrainDef(Struct):
     double gail_noise;     // standard deviation added to its observations, default 0.02
     int gail_epoch;        // passes over the samples of an iteration, default 1
     bool gail_actions;     // it sees actions beside observations; default false
+    // Evaluations during PPO and GAIL: episodes of the most probable actions. The policy with the highest mean score
+    // is kept (then the highest mean return, then the later one) and is the result.
+    int eval_period;     // iterations; the last one is always evaluated; 0 (default): none
+    int eval_nepisode;   // of an evaluation, from drawn starts, always the same; default 32
+    uint64_t eval_seed;  // of these episodes; default 2000
+    // evaluations in a row in which every episode reaches the task's target: the training ends; 0 (default): never
+    int eval_stop;
+    const OmRlTask* eval_task;  // with the same observations and actions; null (default): `task`
     //
     double checkpoint_period;                            // s, default 30; 0: after each iteration
     const char* command;                                 // for the metadata; default null
@@ -6002,6 +6015,11 @@ class OmRlTrainDef(Struct):
     gail_noise: float
     gail_epoch: int
     gail_actions: bool
+    eval_period: int
+    eval_nepisode: int
+    eval_seed: int
+    eval_stop: int
+    eval_task: Any
     checkpoint_period: float
     command: bytes | None
     on_row: Any
@@ -6014,12 +6032,14 @@ class OmRlTrainResult(Struct):
     OmRlTrainRow* row;  // (nrow)
     int nrow;
     bool is_resumed;
+    int64_t kept_step;  // steps before the kept policy; 0: the last one, there were no evaluations
     double seconds;
 } OmRlTrainResult;"""
     policy: Any
     row: Any
     nrow: int
     is_resumed: bool
+    kept_step: int
     seconds: float
 
 
@@ -7166,9 +7186,9 @@ complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrace, [("name", c_char * 256), ("n", c_int), ("has_jaw", c_bool), ("time", c_void_p), ("tip", c_void_p), ("jaw", c_void_p), ("line", c_void_p)], {})
 complete(OmRlFollow, [("deviation", c_double), ("score", c_double), ("nstep", c_int), ("is_terminated", c_bool)], {})
-complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("seconds", c_double)], {})
-complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("clone_rate", c_double), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
-complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("seconds", c_double)], {})
+complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("eval_score", c_double), ("eval_return", c_double), ("eval_least", c_double), ("seconds", c_double)], {})
+complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("clone_rate", c_double), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("eval_period", c_int), ("eval_nepisode", c_int), ("eval_seed", c_uint64), ("eval_stop", c_int), ("eval_task", POINTER(OmRlTask)), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
+complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("kept_step", c_int64), ("seconds", c_double)], {})
 complete(OmCtDef, [("cookie", c_uint32), ("seed", c_uint64), ("voxel", c_double), ("organ_half", c_double), ("fat_half", c_double), ("fat_thickness", c_double), ("fat_ripple", c_double), ("tumour_shift", c_double * 2), ("tumour_radius", c_double), ("tumour_height", c_double), ("blur", c_double), ("noise", c_double)], {})
 complete(OmStuffDef, [("cookie", c_uint32), ("edge", c_double), ("fn", OmShapeFn), ("ctx", c_void_p), ("lo", OmVec3), ("hi", OmVec3), ("level", c_double), ("max_tet", c_int), ("nworker", c_int)], {})
 complete(OmMeshQuality, [("nvert", c_int), ("ntet", c_int), ("nboundary_tri", c_int), ("volume", c_double), ("dihedral_min", c_double), ("dihedral_max", c_double), ("dihedral_bin", c_int64 * 18), ("edge_min", c_double), ("edge_mean", c_double), ("edge_max", c_double), ("npart", c_int), ("euler", c_int), ("nlayer", c_int), ("is_manifold", c_bool)], {})

@@ -16,12 +16,22 @@ static const OmYamlSchema setting_schema = {"setting", setting_field, 2};
 
 // A text for each option of the table, and the list of settings.
 static OmStatus read_file(const OmCliArgs* args, const char* path, OmCliRlWords* w) {
-    OmYamlField field[OM_CLI_RL_OPTION + 1];
+    OmYamlField field[OM_CLI_RL_OPTION + 2];
     int n = 0;
     OM_CHECK(args->noption <= OM_CLI_RL_OPTION, OM_INVALID, "too many options");
     for (int i = 0; i < args->noption; ++i) {
         const char* name = args->option[i].name + 2;
         if (strcmp(name, "config") == 0 || strcmp(name, "set") == 0) continue;
+        if (strcmp(name, "eval-set") == 0) {
+            field[n++] = (OmYamlField){.key = "eval-set",
+                                       .kind = OM_YAML_LIST,
+                                       .offset = offsetof(OmCliRlWords, eval_setting),
+                                       .size = sizeof w->eval_setting[0],
+                                       .sub = &setting_schema,
+                                       .count_offset = offsetof(OmCliRlWords, neval_setting),
+                                       .capacity = OM_CLI_RL_SETTING};
+            continue;
+        }
         field[n++] =
             (OmYamlField){.key = name,
                           .kind = OM_YAML_STRING,
@@ -37,6 +47,15 @@ static OmStatus read_file(const OmCliArgs* args, const char* path, OmCliRlWords*
                                .capacity = OM_CLI_RL_SETTING};
     const OmYamlSchema schema = {"options", field, n};
     return om_yaml_load(path, &schema, w);
+}
+
+static void put_settings(OmCliRlWords* w, const char* option, const OmCliRlSetting* setting,
+                         int nsetting, int* nword, int* n) {
+    for (int i = 0; i < nsetting; ++i) {
+        char* word = w->word[(*nword)++];
+        snprintf(word, sizeof w->word[0], "%s=%s=%s", option, setting[i].key, setting[i].value);
+        w->argv[(*n)++] = word;
+    }
 }
 
 OmStatus om_cli_rl_config(OmCliArgs* args, OmCliRlWords* w) {
@@ -57,33 +76,50 @@ OmStatus om_cli_rl_config(OmCliArgs* args, OmCliRlWords* w) {
         snprintf(w->word[nword], sizeof w->word[0], is_flag ? "%s" : "%s=%s", o->name, w->text[i]);
         w->argv[n++] = w->word[nword++];
     }
-    for (int i = 0; i < w->nsetting; ++i) {
-        snprintf(w->word[nword], sizeof w->word[0], "--set=%s=%s", w->setting[i].key,
-                 w->setting[i].value);
-        w->argv[n++] = w->word[nword++];
-    }
+    put_settings(w, "--set", w->setting, w->nsetting, &nword, &n);
+    put_settings(w, "--eval-set", w->eval_setting, w->neval_setting, &nword, &n);
     for (int i = 1; i < args->argc; ++i) w->argv[n++] = args->argv[i];
     args->argc = n;
     args->argv = w->argv;
     return OM_OK;
 }
 
-OmStatus om_cli_rl_task(const OmCliArgs* args, OmRlTask** task) {
+typedef struct Settings {
     OmRlSetting setting[MAX_SETTING];
     char key[MAX_SETTING][KEY];
-    const char *word, *name = om_cli_get(args, "--task");
-    int n = 0;
+    int n;
+} Settings;
+
+// Append all settings of an option.
+static OmStatus read_settings(const OmCliArgs* args, const char* option, Settings* s) {
+    const char* word;
+    for (int i = 0; (word = om_cli_get_nth(args, option, i)) != NULL; ++i, ++s->n) {
+        const char* equal = strchr(word, '=');
+        OM_CHECK(s->n < MAX_SETTING, OM_INVALID, "more than %d settings", MAX_SETTING);
+        OM_CHECK(equal && equal > word && equal - word < KEY, OM_INVALID, "%s %s: write KEY=VALUE",
+                 option, word);
+        snprintf(s->key[s->n], KEY, "%.*s", (int)(equal - word), word);
+        s->setting[s->n] = (OmRlSetting){s->key[s->n], equal + 1};
+    }
+    return OM_OK;
+}
+
+OmStatus om_cli_rl_task(const OmCliArgs* args, OmRlTask** task) {
+    const char* name = om_cli_get(args, "--task");
+    Settings s = {.n = 0};
     *task = NULL;
     OM_CHECK(name, OM_INVALID, "name the task (-t NAME); -t list prints the names");
-    for (; (word = om_cli_get_nth(args, "--set", n)) != NULL; ++n) {
-        const char* equal = strchr(word, '=');
-        OM_CHECK(n < MAX_SETTING, OM_INVALID, "more than %d settings", MAX_SETTING);
-        OM_CHECK(equal && equal > word && equal - word < KEY, OM_INVALID,
-                 "--set %s: write KEY=VALUE", word);
-        snprintf(key[n], KEY, "%.*s", (int)(equal - word), word);
-        setting[n] = (OmRlSetting){key[n], equal + 1};
-    }
-    return om_rl_task_create(name, setting, n, task);
+    OM_TRY(read_settings(args, "--set", &s));
+    return om_rl_task_create(name, s.setting, s.n, task);
+}
+
+OmStatus om_cli_rl_more(const OmCliArgs* args, const char* more, OmRlTask** task) {
+    Settings s = {.n = 0};
+    *task = NULL;
+    if (!om_cli_get(args, more)) return OM_OK;
+    OM_TRY(read_settings(args, "--set", &s));
+    OM_TRY(read_settings(args, more, &s));
+    return om_rl_task_create(om_cli_get(args, "--task"), s.setting, s.n, task);
 }
 
 void om_cli_rl_list(void) {

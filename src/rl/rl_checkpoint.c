@@ -10,7 +10,7 @@
 
 #define KIND "omentum learning checkpoint"
 #define NOT_MEASURED 1e300  // stands for NaN, which files do not hold
-enum { FORMAT = 1, NCOLUMN = 15, CHUNK = 65536 };
+enum { FORMAT = 2, NCOLUMN = 17, CHUNK = 65536 };
 
 static uint64_t settings_hash(const OmRlTrainDef* d) {
     const OmRlPolicyDef* p = &d->policy;
@@ -45,6 +45,12 @@ static uint64_t settings_hash(const OmRlTrainDef* d) {
     hash = om_hash(&d->seed, sizeof d->seed, hash);
     if (d->clone_rate > 0) hash = om_hash(&d->clone_rate, sizeof d->clone_rate, hash);
     if (d->start) hash = om_hash(d->start, strlen(d->start), hash);
+    if (d->eval_period > 0) {
+        const uint64_t task = d->eval_task ? d->eval_task->hash : d->task->hash;
+        const uint64_t own[] = {(uint64_t)d->eval_period, (uint64_t)d->eval_nepisode, d->eval_seed,
+                                (uint64_t)d->eval_stop, task};
+        hash = om_hash(own, sizeof own, hash);
+    }
     return hash;
 }
 
@@ -63,7 +69,8 @@ static void put_row(const OmRlTrainRow* r, double v[NCOLUMN]) {
     const double value[NCOLUMN] = {
         (double)r->step, (double)r->nepisode, r->mean_return,  r->mean_length, r->mean_score,
         r->loss_policy,  r->loss_value,       r->entropy,      r->divergence,  r->clip_fraction,
-        r->rate,         r->right_demo,       r->right_policy, r->seconds};
+        r->rate,         r->right_demo,       r->right_policy, r->eval_score,  r->eval_return,
+        r->eval_least,   r->seconds};
     for (int i = 0; i < NCOLUMN; ++i) v[i] = isfinite(value[i]) ? value[i] : NOT_MEASURED;
 }
 
@@ -83,13 +90,16 @@ static void get_row(const double v[NCOLUMN], OmRlTrainRow* r) {
                         .rate = x[10],
                         .right_demo = x[11],
                         .right_policy = x[12],
-                        .seconds = x[13]};
+                        .eval_score = x[13],
+                        .eval_return = x[14],
+                        .eval_least = x[15],
+                        .seconds = x[16]};
 }
 
 OmStatus om__rl_save_metrics(const RlSession* s) {
     static const char head[] =
         "step,episodes,return,length,score,loss_policy,loss_value,entropy,divergence,clip_fraction,"
-        "rate,right_demo,right_policy,seconds\n";
+        "rate,right_demo,right_policy,eval_score,eval_return,eval_least,seconds\n";
     OmText text = {0};
     char path[1024];
     OmStatus status;
@@ -98,9 +108,9 @@ OmStatus om__rl_save_metrics(const RlSession* s) {
     for (int i = 0; i < s->nrow; ++i) {
         double v[NCOLUMN];
         put_row(&s->row[i], v);
-        for (int k = 0; k < NCOLUMN - 1; ++k) {  // an empty cell where nothing was measured
+        for (int k = 0; k < NCOLUMN; ++k) {  // an empty cell where nothing was measured
             if (v[k] < NOT_MEASURED) OM_TRY_DONE(om_text_append(&text, "%.9g", v[k]));
-            OM_TRY_DONE(om_text_append(&text, k + 2 < NCOLUMN ? "," : "\n"));
+            OM_TRY_DONE(om_text_append(&text, k + 1 < NCOLUMN ? "," : "\n"));
         }
     }
     status = om_file_write(path, text.str, text.len);
@@ -129,6 +139,16 @@ static int list_parts(const RlSession* s, Part part[3]) {
     if (!s->judge.net) return 2;
     part[2] = (Part){"judge", s->judge.param, om_net_parameter_size(s->judge.net), s->judge.optim};
     return 3;
+}
+
+// The kept policy: parameters without an optimiser.
+static int list_best(const RlSession* s, Part part[2]) {
+    if (!(s->c.best_step > 0)) return 0;
+    part[0] = (Part){"best_actor", om_rl_policy_parameters(s->best, OM_RL_ACTOR),
+                     om_net_parameter_size(om_rl_policy_net(s->best, OM_RL_ACTOR)), NULL};
+    part[1] = (Part){"best_critic", om_rl_policy_parameters(s->best, OM_RL_CRITIC),
+                     om_net_parameter_size(om_rl_policy_net(s->best, OM_RL_CRITIC)), NULL};
+    return 2;
 }
 
 static OmStatus put_part(OmStoreWriter* w, const Part* p) {
@@ -198,6 +218,10 @@ OmStatus om__rl_checkpoint_save(const RlSession* s) {
         om_store_array(w, "metrics", OM_STORE_F64, (int[3]){s->nrow, NCOLUMN}, CHUNK, NULL, row);
     const int npart = list_parts(s, part);
     for (int i = 0; i < npart; ++i) OM_TRY_DONE(put_part(w, &part[i]));
+    const int nbest = list_best(s, part);
+    for (int i = 0; i < nbest; ++i)
+        om_store_array(w, part[i].name, OM_STORE_F32, (int[3]){(int)part[i].n}, CHUNK, NULL,
+                       part[i].param);
     status = om_store_save(w, path);
     w = NULL;
     if (status >= 0) status = om__rl_save_metrics(s);
@@ -232,6 +256,12 @@ static OmStatus read_checkpoint(const OmStoreReader* r, const char* path, RlSess
     OM_TRY_DONE(om_rl_vec_restore(s->vec, block));
     const int npart = list_parts(s, part);
     for (int i = 0; i < npart; ++i) OM_TRY_DONE(get_part(r, &part[i]));
+    OM_CHECK_DONE(s->best || !(s->c.best_step > 0), OM_INVALID, "%s: holds a policy of evaluations",
+                  path);
+    const int nbest = list_best(s, part);
+    for (int i = 0; i < nbest; ++i)
+        OM_TRY_DONE(om_store_get_array(r, part[i].name, OM_STORE_F32, (int[3]){(int)part[i].n},
+                                       part[i].param));
     for (int i = 0; i < nrow; ++i) get_row(row + (ptrdiff_t)i * NCOLUMN, &s->row[i]);
     s->nrow = nrow;
     s->is_resumed = true;

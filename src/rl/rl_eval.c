@@ -7,7 +7,7 @@
 #include "rl/rl_internal.h"
 
 #define COOKIE 0x6576616cu
-enum { DRAWN = 100, MAX_EPISODE = 10000 };
+enum { DRAWN = 100 };
 
 OmRlEvalDef om_rl_eval_default_def(const OmRlTask* task, OmRlPolicy* policy) {
     return (OmRlEvalDef){.cookie = COOKIE, .task = task, .policy = policy, .seed = 1000};
@@ -126,8 +126,8 @@ OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRl
     OmStatus status = OM_OK;
     *eval = (OmRlEval){0};
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "evaluation: begin with om_rl_eval_default_def()");
-    OM_CHECK(def->nepisode >= 0 && def->nepisode <= MAX_EPISODE, OM_INVALID,
-             "evaluation: nepisode is %d, outside 0 to %d", def->nepisode, MAX_EPISODE);
+    OM_CHECK(def->nepisode >= 0 && def->nepisode <= OM__RL_MAX_EPISODE, OM_INVALID,
+             "evaluation: nepisode is %d, outside 0 to %d", def->nepisode, OM__RL_MAX_EPISODE);
     if (def->policy) OM_TRY(om_rl_policy_check(def->policy, def->task));
     int n = def->nepisode;
     if (n == 0) n = def->task->nstart && !def->is_drawn ? def->task->nstart : DRAWN;

@@ -11,6 +11,8 @@
 
 // ---- tasks
 
+enum { OM__RL_MAX_EPISODE = 10000 };  // of an evaluation
+
 // Kinds of tasks, each in its own file.
 OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
@@ -165,6 +167,10 @@ typedef struct RlCounters {  // all that changes beside networks and environment
     double norm_count, norm_mean, norm_square;  // of the discounted return (Welford)
     double clone_epoch;
     double seconds;
+    double eval_iteration;           // of the last evaluation; 0: none yet
+    double best_score, best_return;  // of the kept policy
+    double best_step;                // steps before it; 0: no policy is kept
+    double nperfect;                 // perfect evaluations in a row
 } RlCounters;
 
 // Index of the score among the infos; -1: the return.
@@ -206,12 +212,26 @@ typedef struct RlSession {  // everything of a training
     RlJudge judge;
     OmRlDemos demos;
     RlCounters c;
-    float* obs;       // of the environments (nenv x nobservation)
-    double* running;  // discounted returns (nenv)
+    float* obs;        // of the environments (nenv x nobservation)
+    double* running;   // discounted returns (nenv)
+    OmRlPolicy* best;  // of the evaluations; null: def->eval_period is 0
     OmRlTrainRow* row;
     int nrow, max_row;
     bool is_resumed;
 } RlSession;
+
+// ---- rl_best.c: evaluations during a training
+
+OmStatus om__rl_best_init(RlSession* s);
+// Whether an evaluation is to follow the iterations so far.
+bool om__rl_best_is_due(const RlSession* s);
+// Evaluate the policy if that is due, and keep it if it is the best one so far.
+OmStatus om__rl_best_run(RlSession* s, const OmProgress* progress);
+// The policy of the training so far: the kept one, if there is one.
+OmRlPolicy* om__rl_best_policy(const RlSession* s);
+// Whether all iterations are over, or `eval_stop` ends the training.
+bool om__rl_best_is_over(const RlSession* s);
+int64_t om__rl_count_iterations(const OmRlTrainDef* def);
 
 OmStatus om__rl_checkpoint_save(const RlSession* s);
 // Read the checkpoint if there is one; sets is_resumed.

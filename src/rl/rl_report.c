@@ -9,7 +9,7 @@ typedef struct Curve {
     double value;
 } Curve;
 
-enum { NCURVE = 6 };
+enum { SCORE = 1, EVALUATION = 6, NCURVE = 7 };
 
 static void curves_of(const OmRlTrainRow* r, Curve c[NCURVE]) {
     c[0] = (Curve){"Return", "return, last 100 episodes", r->mean_return};
@@ -18,22 +18,26 @@ static void curves_of(const OmRlTrainRow* r, Curve c[NCURVE]) {
     c[3] = (Curve){"Entropy", "entropy of the policy", r->entropy};
     c[4] = (Curve){"Value", "loss of the critic", r->loss_value};
     c[5] = (Curve){"Update", "approximate KL divergence", r->divergence};
+    c[6] = (Curve){"Evaluations", "mean score, most probable actions", r->eval_score};
 }
 
 static void add_curve(OmReport* report, const RlSession* s, int k, double* x, double* y) {
     Curve c[NCURVE];
+    int n = 0;
     for (int i = 0; i < s->nrow; ++i) {
         curves_of(&s->row[i], c);
-        x[i] = (double)s->row[i].step;
-        y[i] = c[k].value;
+        if (k == EVALUATION && !isfinite(c[k].value)) continue;
+        x[n] = (double)s->row[i].step;
+        y[n++] = c[k].value;
     }
+    if (n == 0) return;
     curves_of(&s->row[0], c);
     OmReportChart chart = {.title = c[k].title,
                            .x_label = "steps",
                            .y_label = c[k].label,
                            .nseries = 1,
-                           .series[0] = {om_rl_method_name(s->def->method), x, y, s->nrow, false}};
-    if (k == 1 && isfinite(s->def->task->target)) {
+                           .series[0] = {om_rl_method_name(s->def->method), x, y, n, false}};
+    if ((k == SCORE || k == EVALUATION) && isfinite(s->def->task->target)) {
         chart.has_limit = true;
         chart.limit = s->def->task->target;
         chart.limit_name = "target";

@@ -3,6 +3,7 @@
 //     collect horizon steps of all environments      rl_rollout.c
 //     GAIL: discriminator, mixed rewards             rl_gail.c
 //     advantages, epochs of descents                 rl_ppo.c
+//     evaluation, the best policy is kept            rl_best.c
 //     row of metrics, checkpoint                     rl_checkpoint.c
 //
 // Order and draws are functions of (seed, iteration), and networks run with one worker each: the bytes do not depend on
@@ -47,6 +48,8 @@ OmRlTrainDef om_rl_train_default_def(const OmRlTask* task, const char* out_dir) 
                           .gail_rate = 3e-4,
                           .gail_noise = 0.02,
                           .gail_epoch = 1,
+                          .eval_nepisode = 32,
+                          .eval_seed = 2000,
                           .checkpoint_period = 30};
 }
 
@@ -80,7 +83,10 @@ static OmStatus check_def(const OmRlTrainDef* d) {
                  {"clone_rate", d->clone_rate, 0, 1},
                  {"gail_rate", d->gail_rate, 0, 1},
                  {"gail_noise", d->gail_noise, 0, 10},
-                 {"gail_epoch", d->gail_epoch, 1, 1000}};
+                 {"gail_epoch", d->gail_epoch, 1, 1000},
+                 {"eval_period", d->eval_period, 0, 1e9},
+                 {"eval_nepisode", d->eval_nepisode, 1, OM__RL_MAX_EPISODE},
+                 {"eval_stop", d->eval_stop, 0, 1e9}};
     OM_CHECK(d->cookie == COOKIE, OM_INVALID, "training: begin with om_rl_train_default_def()");
     OM_CHECK(d->task, OM_INVALID, "training: no task");
     for (size_t i = 0; i < sizeof range / sizeof *range; ++i)
@@ -91,6 +97,13 @@ static OmStatus check_def(const OmRlTrainDef* d) {
              d->batch, d->nenv, d->horizon);
     OM_CHECK(d->method == OM_RL_PPO || d->demos, OM_INVALID, "training: %s needs demonstrations",
              om_rl_method_name(d->method));
+    const OmRlTask* eval_task = d->eval_task ? d->eval_task : d->task;
+    OM_CHECK(d->eval_stop == 0 || d->eval_period > 0, OM_INVALID,
+             "training: eval_stop is %d, but there are no evaluations; set eval_period",
+             d->eval_stop);
+    OM_CHECK(d->eval_stop == 0 || isfinite(eval_task->target), OM_INVALID,
+             "training: eval_stop is %d, but task %s has no target score", d->eval_stop,
+             eval_task->name);
     return OM_OK;
 }
 
@@ -98,14 +111,14 @@ static OmStatus check_def(const OmRlTrainDef* d) {
 
 static int64_t iteration_size(const OmRlTrainDef* d) { return (int64_t)d->nenv * d->horizon; }
 
-static int64_t count_iterations(const OmRlTrainDef* d) {
+int64_t om__rl_count_iterations(const OmRlTrainDef* d) {
     if (d->method == OM_RL_CLONE) return 0;
     return (d->nstep + iteration_size(d) - 1) / iteration_size(d);
 }
 
 static OmStatus session_init(const OmRlTrainDef* def, RlSession* s) {
     OmRlVecDef vec = om_rl_vec_default_def(def->task);
-    const int64_t most = count_iterations(def) + 1;
+    const int64_t most = om__rl_count_iterations(def) + 1;
     s->def = def;
     OM_CHECK(most < INT32_MAX, OM_INVALID, "training: more than 2^31 iterations");
     if (def->demos) {
@@ -118,6 +131,7 @@ static OmStatus session_init(const OmRlTrainDef* def, RlSession* s) {
     OM_TRY(om_rl_vec_create(&vec, &s->vec));
     OM_TRY(om__rl_learner_init(def, &s->learner));
     OM_TRY(om__rl_rollout_init(def, &s->rollout));
+    OM_TRY(om__rl_best_init(s));
     if (def->method == OM_RL_GAIL) OM_TRY(om__rl_judge_init(def, &s->judge));
     OM_ALLOC(s->obs, (size_t)def->nenv * (size_t)def->task->nobservation);
     s->running = om_calloc((size_t)def->nenv, sizeof *s->running);
@@ -139,6 +153,7 @@ static void session_done(RlSession* s) {
     om__rl_learner_done(&s->learner);
     om__rl_rollout_done(&s->rollout);
     om__rl_judge_done(&s->judge);
+    om_rl_policy_destroy(s->best);
     om_free(s->obs);
     om_free(s->running);
     om_free(s->row);
@@ -190,9 +205,13 @@ static double recent(const RlCounters* c, const double* ring) {
 
 static OmStatus iterate(RlSession* s, double begin) {
     const OmRlTrainDef* def = s->def;
-    const double done = s->c.iteration / (double)count_iterations(def);
+    const double done = s->c.iteration / (double)om__rl_count_iterations(def);
     OmRlTrainRow* row = &s->row[s->nrow];
-    *row = (OmRlTrainRow){.right_demo = (double)NAN, .right_policy = (double)NAN};
+    *row = (OmRlTrainRow){.right_demo = (double)NAN,
+                          .right_policy = (double)NAN,
+                          .eval_score = (double)NAN,
+                          .eval_return = (double)NAN,
+                          .eval_least = (double)NAN};
     row->rate = def->rate * (1 - done);
     OM_TRY(om__rl_rollout_run(&s->learner, s->vec, s->obs, &s->c, &s->rollout));
     if (s->judge.net)
@@ -230,8 +249,13 @@ static OmStatus save_policy(const RlSession* s) {
         OM_TRY_DONE(om_facts_add(&facts, "return", "%.6g", last->mean_return));
         OM_TRY_DONE(om_facts_add(&facts, "score", "%.6g", last->mean_score));
     }
+    if (s->c.best_step > 0) {
+        OM_TRY_DONE(om_facts_add(&facts, "kept_step", "%.0f", s->c.best_step));
+        OM_TRY_DONE(om_facts_add(&facts, "eval_return", "%.6g", s->c.best_return));
+        OM_TRY_DONE(om_facts_add(&facts, "eval_score", "%.6g", s->c.best_score));
+    }
     OM_TRY_DONE(om_path_join(def->out_dir, "policy.safetensors", path, sizeof path));
-    status = om_rl_policy_save(s->learner.policy, facts.pair, facts.n, path);
+    status = om_rl_policy_save(om__rl_best_policy(s), facts.pair, facts.n, path);
 done:
     om_facts_done(&facts);
     return status;
@@ -240,7 +264,7 @@ done:
 static OmStatus keep(const RlSession* s) {
     char path[1024];
     OM_TRY(om_path_join(s->def->out_dir, "policy.onnx", path, sizeof path));
-    OM_TRY(om_rl_policy_save_onnx(s->learner.policy, path));
+    OM_TRY(om_rl_policy_save_onnx(om__rl_best_policy(s), path));
     return om__rl_save_report(s);
 }
 
@@ -270,7 +294,10 @@ static OmStatus clone(RlSession* s, const OmProgress* progress) {
                                        .loss_policy = loss,
                                        .rate = def->rate,
                                        .right_demo = right,
-                                       .right_policy = (double)NAN};
+                                       .right_policy = (double)NAN,
+                                       .eval_score = (double)NAN,
+                                       .eval_return = (double)NAN,
+                                       .eval_least = (double)NAN};
     return OM_OK;
 }
 
@@ -278,9 +305,11 @@ static OmStatus loop(RlSession* s, const OmProgress* progress) {
     const OmRlTrainDef* def = s->def;
     double begin = om_clock_now(), last = begin;
     OM_TRY(clone(s, progress));
-    while (s->c.iteration < (double)count_iterations(def)) {
+    // an evaluation that was cancelled is repeated before the next iteration
+    while (!om__rl_best_is_over(s) || om__rl_best_is_due(s)) {
         OmStatus status = om_progress_report(progress, "learning", s->c.nstep, (double)def->nstep);
-        if (status >= 0) status = iterate(s, begin);
+        if (status >= 0 && !om__rl_best_is_due(s)) status = iterate(s, begin);
+        if (status >= 0) status = om__rl_best_run(s, progress);
         if (status == OM_CANCELLED) {
             OM_TRY(save(s, &begin));
             return om_error(OM_CANCELLED, "cancelled at step %.0f", s->c.nstep);
@@ -312,12 +341,16 @@ OmStatus om_rl_train_run(const OmRlTrainDef* def, const OmProgress* progress,
     OM_TRY_DONE(session_init(def, &s));
     OM_TRY_DONE(loop(&s, progress));
     if (def->out_dir) OM_TRY_DONE(keep(&s));
-    *result = (OmRlTrainResult){.policy = s.learner.policy,
+    *result = (OmRlTrainResult){.policy = om__rl_best_policy(&s),
                                 .row = s.row,
                                 .nrow = s.nrow,
                                 .is_resumed = s.is_resumed,
+                                .kept_step = (int64_t)s.c.best_step,
                                 .seconds = s.c.seconds};
-    s.learner.policy = NULL;
+    if (s.c.best_step > 0)
+        s.best = NULL;
+    else
+        s.learner.policy = NULL;
     s.row = NULL;
 done:
     om_folder_end(&folder);

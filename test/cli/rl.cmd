@@ -60,6 +60,43 @@ err bad.yaml.*steps
 $ echo 'quiet: maybe' > bad.yaml; $OMENTUM rl train -t reach -c bad.yaml -o x
 exit 2
 err must be true or false
+# Evaluations: the best policy is kept, also where the training is killed; a stop after perfect evaluations.
+$ omentum rl train -t reach -s step=0.1 -n 8192 --eval-period 2 --eval-set step=0.05 --eval-episodes 8 -q -o best --json
+exit 0
+out "kept_step": [0-9]+,
+out "eval_score": [0-9.]+,
+$ head -1 best/metrics.csv; cut -d, -f14 best/metrics.csv | grep -c "[0-9]"; grep -c "most probable actions" best/report.html
+exit 0
+out ,eval_score,eval_return,eval_least,seconds$
+out ^4$
+out ^[1-9]
+$ omentum rl train -t reach -n 400000 --rate 0.001 --eval-period 8 --eval-stop 2 -q -o early
+exit 0
+out ^[0-9]{5,6} steps
+out ^kept: the policy after [0-9]+ steps; evaluation: score 1.000, lowest 1.000$
+$ test $(wc -l < early/metrics.csv) -lt 300 && echo stopped
+exit 0
+out ^stopped$
+write evaluated.yaml
+    task: reach
+    steps: 2048
+    eval-period: 1
+    eval-set:
+      - {key: step, value: 0.1}
+    quiet: true
+$ $OMENTUM rl train -c evaluated.yaml -o file2 > /dev/null && $OMENTUM rl train -t reach -n 2048 --eval-period 1 --eval-set step=0.1 -q -o words2 > /dev/null && tail -c 20000 file2/policy.safetensors | cksum > a && tail -c 20000 words2/policy.safetensors | cksum | cmp - a && echo same
+exit 0
+out ^same$
+$ omentum rl train -t reach --eval-stop 2 -o x
+exit 2
+err --eval-stop has no effect without evaluations; give --eval-period N
+$ omentum rl train -t reach --eval-period 2 --eval-set stop=2 -o x
+exit 2
+err did you mean step\?
+# Demonstrations of other moves.
+$ omentum rl train -t reach -s step=0.1 -m gail -d demos.hdf5 -n 1024 -q -o x
+exit 3
+err the demonstrations have the settings step=0.05, the task has step=0.1
 # bad input
 $ omentum rl train -t reach -n 2048 --gamma 0.9 -q -o ppo
 exit 3
