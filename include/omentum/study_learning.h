@@ -53,15 +53,21 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int gail_nenv;                 // default 16
     int gail_horizon, gail_batch;  // default 64, 128
     int clone_epoch;               // epochs of cloning before GAIL; default 100
-    int ndemo;                     // default 35
-    bool has_reality;              // evaluate with world=reality too; default true
-    int nworker;                   // default 0: one a processor
+    // Evaluations during the trainings of PPO and GAIL, in the task of the evaluation, from drawn starts: the policy
+    // with the best one is the result (OmRlTrainDef).
+    int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 8
+    int eval_nepisode;                  // default 64
+    int eval_stop;                      // of PPO; default 3
+    int ndemo;                          // default 35
+    bool has_reality;                   // evaluate with world=reality too; default true
+    int nworker;                        // default 0: one a processor
     OmCookie cookie;
 } OmStudyLearningDef;
 
 typedef struct OmStudyLearning {  // of a learner; means over its seeds
     bool is_there;
-    double mean, lowest;  // score over all starts
+    double mean, least_mean;  // score over all starts; of the seed where it is lowest
+    double lowest;            // score of a start, of any seed
     // of starts in the third at the fixed side and in the third far from it; NaN unless there are 7 x 7 starts
     double near_third, far_third;
     double reality_mean, reality_lowest;  // NaN: not evaluated

@@ -23,7 +23,8 @@ static const OmCliOption option[] = {
 
 static const OmCliKey result_key[] = {
     {"mean.*", "mean score of each learner over the starts"},
-    {"lowest.*", "lowest score of a start, mean over the seeds"},
+    {"least_mean.*", "the same of the seed where it is lowest"},
+    {"lowest.*", "lowest score of a start, of any seed"},
     {"reality.*", "mean score in \"reality\""},
 };
 
@@ -84,6 +85,8 @@ static void print_result(const OmStudyLearningSummary* r, const char* dir) {
         if (!b->is_there) continue;
         snprintf(key, sizeof key, "mean.%s", name);
         om_cli_figure(key, b->mean);
+        snprintf(key, sizeof key, "least_mean.%s", name);
+        om_cli_figure(key, b->least_mean);
         snprintf(key, sizeof key, "lowest.%s", name);
         om_cli_figure(key, b->lowest);
         snprintf(key, sizeof key, "reality.%s", name);

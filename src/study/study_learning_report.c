@@ -99,10 +99,9 @@ static void print(char* out, double value, const char* format) {
 
 static void add_table(OmReport* report, const OmStudyLearningSummary* r) {
     static const char* const heading[] = {
-        "",          "mean",        "lowest",       "near the fixed side",
-        "far third", "\"reality\"", "lowest there", "steps to 90 %",
-        "minutes"};
-    enum { NCOL = 9 };
+        "",          "mean",        "of the lowest seed", "lowest start",  "near the fixed side",
+        "far third", "\"reality\"", "lowest there",       "steps to 90 %", "minutes"};
+    enum { NCOL = 10 };
     char text[OM_NLEARNER][NCOL][TEXT];
     const char* cell[OM_NLEARNER * NCOL];
     int n = 0;
@@ -110,13 +109,14 @@ static void add_table(OmReport* report, const OmStudyLearningSummary* r) {
         const OmStudyLearning* b = &r->by[l];
         if (!b->is_there) continue;
         print(text[l][1], b->mean, "%.3f");
-        print(text[l][2], b->lowest, "%.3f");
-        print(text[l][3], b->near_third, "%.3f");
-        print(text[l][4], b->far_third, "%.3f");
-        print(text[l][5], b->reality_mean, "%.3f");
-        print(text[l][6], b->reality_lowest, "%.3f");
-        print(text[l][7], b->steps90, "%.0f");
-        print(text[l][8], b->seconds / 60, "%.1f");
+        print(text[l][2], b->least_mean, "%.3f");
+        print(text[l][3], b->lowest, "%.3f");
+        print(text[l][4], b->near_third, "%.3f");
+        print(text[l][5], b->far_third, "%.3f");
+        print(text[l][6], b->reality_mean, "%.3f");
+        print(text[l][7], b->reality_lowest, "%.3f");
+        print(text[l][8], b->steps90, "%.0f");
+        print(text[l][9], b->seconds / 60, "%.1f");
         cell[NCOL * n] = label[l];
         for (int c = 1; c < NCOL; ++c) cell[NCOL * n + c] = text[l][c];
         ++n;
