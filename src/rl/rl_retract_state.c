@@ -23,9 +23,8 @@
 #define EXPERT_NEAR 0.004  // m, from the place in the plane, where the expert goes down
 #define EXPERT_PAST 0.014  // m, the expert pulls the fat past p_T, away from the endoscope, ..
 #define EXPERT_OVER 0.010  // .. and above p_T, and lets it down to p_T
-#define EXPERT_SIDE \
-    0.010                 // m, on the endoscope's side of p_T the expert has the height EXPERT_OVER
-#define EXPERT_SLIP 0.12  // share of random components of the expert's actions
+#define EXPERT_SIDE 0.010  // m, in front of p_T: there the expert rises to EXPERT_OVER
+#define EXPERT_SLIP 0.12   // share of random components of the expert's actions
 
 // ---- the tip ----------------------------------------------------------------------------------------
 

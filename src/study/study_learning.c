@@ -72,7 +72,7 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .gail_batch = 128,
                                 .clone_epoch = 100,
                                 .eval_period = 16,
-                                .gail_eval_period = 8,
+                                .gail_eval_period = 16,
                                 .eval_nepisode = 64,
                                 .eval_stop = 3,
                                 .ndemo = 35,
