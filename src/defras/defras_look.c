@@ -196,6 +196,17 @@ static OmStatus follow(OmLoop* loop, const char* reason) {
     return end_record(loop, has_begun ? OM_UPDATE_FOLLOWED : OM_UPDATE_REFUSED, reason, NULL);
 }
 
+// Attachments explain too little of a fold.
+static OmStatus follow_fold(OmLoop* loop) {
+    const OmMatchEstimate* e = &loop->updater->estimate;
+    char reason[160];
+    snprintf(reason, sizeof reason,
+             "with the best ones the folded tissue is still %.1f mm from the model, before %.1f mm "
+             "(mean)",
+             1e3 * e->after_mean, 1e3 * e->before_mean);
+    return follow(loop, reason);
+}
+
 static OmStatus end_estimate(OmLoop* loop) {
     OmUpdater* u = loop->updater;
     OmStatus status = om__updater_join(u);
@@ -214,7 +225,7 @@ static OmStatus end_estimate(OmLoop* loop) {
     else if (!u->estimate.is_accepted)
         status = follow(loop, u->estimate.reason);
     else if (is_doubtful(loop))
-        status = follow(loop, "in a fold the scan shows these attachments not clearly");
+        status = follow_fold(loop);
     else
         status = adopt(loop);
     om__updater_drop(u);

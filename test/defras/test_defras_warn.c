@@ -16,7 +16,8 @@ typedef struct Teacher {
     const OmSite* site;
     bool refuses;
     const OmBody* truth;  // its shape goes with a refusal; null: none
-    int nall;             // so many answers attach the whole underside
+    double left;  // above 0: of the distance, with the attachments; the shape goes with them
+    int nall;     // so many answers attach the whole underside
     int ncall;
 } Teacher;
 
@@ -68,7 +69,9 @@ static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress
         e->attached[v] = is_all || om_pose_apply(to_task, om_load3(mesh->x, v)).x > 0.01;
     }
     e->is_accepted = true;
-    return OM_OK;
+    e->before_mean = 1e-3;
+    e->after_mean = t->left * 1e-3;
+    return t->left > 0 ? show_truth(t, e) : OM_OK;
 }
 
 static OmScene warn_scene(double one, double two, double three) {
@@ -319,6 +322,27 @@ static void test_follow(void** state) {
     }
 }
 
+// What is learnt in a fold must explain most of the distance, otherwise the twin follows.
+static void test_doubtful_fold(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        Course c;
+        course_begin(&c, warn_scene(0.1e-3, 0.3e-3, 0.06), false, false);
+        c.teacher.truth = om_world_truth(c.g.world);
+        c.teacher.left = k ? 0.7 : 0.5;
+        while (c.loop->arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
+        c.loop->has_dragged = true;
+        while (om_loop_result(c.loop)->nupdate == 0 ||
+               om_loop_result(c.loop)->update[0].stage == OM_UPDATE_STARTED)
+            assert_ok(om_loop_tick(c.loop));
+        const OmRetractUpdate* u = &om_loop_result(c.loop)->update[0];
+        assert_int_equal(u->stage, k ? OM_UPDATE_FOLLOWED : OM_UPDATE_ADOPTED);
+        assert_true((u->nattached_after == u->nattached_before) == k);
+        if (k) assert_non_null(strstr(u->reason, "still 0.7 mm from the model, before 1.0 mm"));
+        course_end(&c);
+    }
+}
+
 // State 3 ends an unattended run. A person may continue: the state then holds no more until it has fallen.
 static void test_state_three(void** state) {
     (void)state;
@@ -456,11 +480,17 @@ static void test_doubt_ends(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_warning), cmocka_unit_test(test_state_one),
-        cmocka_unit_test(test_state_two),  cmocka_unit_test(test_nothing_is_learnt),
-        cmocka_unit_test(test_follow),     cmocka_unit_test(test_state_three),
-        cmocka_unit_test(test_a_part),     cmocka_unit_test(test_a_part_after_a_fold),
-        cmocka_unit_test(test_doubt),      cmocka_unit_test(test_doubt_ends),
+        cmocka_unit_test(test_no_warning),
+        cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),
+        cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_follow),
+        cmocka_unit_test(test_doubtful_fold),
+        cmocka_unit_test(test_state_three),
+        cmocka_unit_test(test_a_part),
+        cmocka_unit_test(test_a_part_after_a_fold),
+        cmocka_unit_test(test_doubt),
+        cmocka_unit_test(test_doubt_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
