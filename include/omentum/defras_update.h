@@ -84,11 +84,11 @@ typedef enum OmUpdateStage {
     OM_UPDATE_TAKEN,      // an acquisition was taken
     OM_UPDATE_STARTED,    // an estimate was started
     OM_UPDATE_ADOPTED,    // the twin begins to adopt an estimate
-    OM_UPDATE_REFUSED,    // the twin is unchanged
+    OM_UPDATE_REFUSED,    // the attachments are kept
     OM_UPDATE_CANCELLED,  // the loop ended before the tick of adoption
     // No plan was left: the twin frees what was not attached in every belief of the operation
     OM_UPDATE_DOUBTED,
-    // The estimate is refused: no attachments explain the scan. Forces bring the twin there.
+    // In a fold that no attachments explain, also after an adoption: forces bring the twin to the scan.
     OM_UPDATE_FOLLOWED
 } OmUpdateStage;
 /// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled", "doubted", "followed".

@@ -143,6 +143,8 @@ typedef struct OmAcquisition {
     // the twin's vertex positions at that time, m; null: at rest under the grasps, with the attachments of the site
     // (mesh->nvert x 3)
     const double* x_twin;
+    // Nonzero where the twin is attached at that time; null: not told. om_banet_update believes the newest.  (nvert)
+    const unsigned char* attached;
 } OmAcquisition;
 
 typedef struct OmMatchEstimate {  // om_match_estimate_done frees

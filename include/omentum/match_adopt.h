@@ -46,12 +46,16 @@ OM_API OmStatus om_match_adoption_begin(OmMatchAdoption* adoption, OmBody* body,
                                         const unsigned char* attached, const double* stiffness,
                                         double seconds);
 /// Begin to follow: move the free vertices by `increment`, between two steps of the body. Attachments stay. It replaces
-/// an adoption or another following that is under way, and the forces of an earlier one. The tools should keep still.
+/// another following that is under way, and the forces of an earlier one. The tools should keep still.
 /// @param increment  m, of each vertex from where it is  (nvert x 3)
 /// @param seconds    until forces take the place of the springs, above 0
-/// @return OM_OK; OM_INVALID (an argument; body and adoption unchanged); OM_UNAVAILABLE (an engine without springs)
+/// @return OM_OK; OM_INVALID (an argument, or an adoption is under way; body and adoption unchanged);
+///         OM_UNAVAILABLE (an engine without springs); OM_NO_MEMORY
 OM_API OmStatus om_match_adoption_follow(OmMatchAdoption* adoption, OmBody* body,
                                          const double* increment, double seconds);
+/// End a following that is under way: attachments alone, without forces. Nothing happens without one.
+/// @return OM_OK; errors of om_body_set_attachment
+OM_API OmStatus om_match_adoption_stop(OmMatchAdoption* adoption, OmBody* body);
 /// Is the body following? The tools should then keep still.
 OM_API bool om_match_adoption_is_following(const OmMatchAdoption* adoption);
 /// N, sum of the lengths of the forces of the last following; 0 before the first, and after an adoption since then.
@@ -65,7 +69,7 @@ OM_API bool om_match_adoption_is_active(const OmMatchAdoption* adoption);
 /// Set `attached` to the attachments at the end of an adoption that is under way; unchanged otherwise.
 /// @param attached  0 or 1  (nvert)
 OM_API void om_match_adoption_get_goal(const OmMatchAdoption* adoption, unsigned char* attached);
-/// Stop where it is: anchors and springs stay at their present values.
+/// Stop an adoption where it is: anchors and springs stay at their present values.
 OM_API void om_match_adoption_cancel(OmMatchAdoption* adoption);
 /// Snapshots: a block of om_match_adoption_state_size bytes, beside that of the body.
 OM_API size_t om_match_adoption_state_size(const OmMatchAdoption* adoption);

@@ -2696,12 +2696,15 @@ class OmAcquisition(Struct):
     // the twin's vertex positions at that time, m; null: at rest under the grasps, with the attachments of the site
     // (mesh->nvert x 3)
     const double* x_twin;
+    // Nonzero where the twin is attached at that time; null: not told. om_banet_update believes the newest.  (nvert)
+    const unsigned char* attached;
 } OmAcquisition;"""
     scan: OmScan
     ngrasp: int
     grasp: Any
     time: float
     x_twin: Any
+    attached: Any
 
 
 class OmMatchEstimate(Struct):
@@ -7050,7 +7053,7 @@ complete(OmMatchGrasp, [("arm", c_int), ("pose_world_grasp", OmPose), ("pose_wor
 complete(OmMatchPull, [("tri", c_int), ("bary", c_double * 3), ("goal", OmVec3), ("normal", OmVec3), ("across", c_double), ("along", c_double)], {})
 complete(OmMatchLoad, [("spring", c_void_p), ("ngrasp", c_int), ("grasp", POINTER(OmMatchGrasp)), ("npull", c_int), ("pull", POINTER(OmMatchPull)), ("max_newton", c_int), ("tolerance", c_double)], {})
 complete(OmMatchRest, [("nnewton", c_int), ("motion", c_double), ("residual", c_double), ("energy", c_double)], {})
-complete(OmAcquisition, [("scan", OmScan), ("ngrasp", c_int), ("grasp", OmMatchGrasp * 2), ("time", c_double), ("x_twin", c_void_p)], {})
+complete(OmAcquisition, [("scan", OmScan), ("ngrasp", c_int), ("grasp", OmMatchGrasp * 2), ("time", c_double), ("x_twin", c_void_p), ("attached", c_void_p)], {})
 complete(OmMatchEstimate, [("nvert", c_int), ("probability", c_void_p), ("uncertainty", c_void_p), ("stiffness", c_void_p), ("attached", c_void_p), ("nacquisition", c_int), ("x", c_void_p), ("has_shape", c_bool), ("shape", c_void_p), ("shape_median", c_double), ("seen_share", c_double), ("moved_share", c_double), ("before_median", c_double), ("before_p90", c_double), ("after_median", c_double), ("after_p90", c_double), ("before_mean", c_double), ("after_mean", c_double), ("choice", c_int), ("is_accepted", c_bool), ("reason", c_char * 256), ("has_look_next", c_bool), ("look_next", OmVec3), ("fit_ms", c_double), ("infer_ms", c_double), ("check_ms", c_double), ("total_ms", c_double)], {})
 complete(OmMatchAdvice, [("probability", c_void_p), ("weight", c_double), ("nset", c_int), ("set", c_void_p * 8), ("present", c_void_p)], {})
 complete(OmMatchTrial, [("median", c_double), ("p90", c_double), ("mean", c_double), ("is_at_rest", c_bool)], {})
@@ -7593,6 +7596,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_match_adoption_save": (None, [c_void_p, c_void_p]),
     "om_match_adoption_state_size": (c_size_t, [c_void_p]),
     "om_match_adoption_step": (c_int, [c_void_p, c_void_p, c_double]),
+    "om_match_adoption_stop": (c_int, [c_void_p, c_void_p]),
     "om_match_create": (c_int, [POINTER(OmMatchDef), POINTER(c_void_p)]),
     "om_match_default_def": (OmMatchDef, [POINTER(OmScene), POINTER(OmSite)]),
     "om_match_destroy": (None, [c_void_p]),
@@ -8411,6 +8415,7 @@ STATUS = frozenset([
     "om_match_adoption_create",
     "om_match_adoption_follow",
     "om_match_adoption_step",
+    "om_match_adoption_stop",
     "om_match_create",
     "om_match_eval",
     "om_match_factorize",

@@ -397,6 +397,7 @@ OmStatus om_banet_update(OmBanetUpdater* u, int nacq, const OmAcquisition* acq,
     if (advice) *advice = own;
     OM_CHECK(nacq > 0 && acq, OM_INVALID, "banet: no acquisition");
     Work w = {.updater = u, .nacq = nacq, .advice = &own};
+    if (acq[nacq - 1].attached) om_banet_updater_set_attached(u, acq[nacq - 1].attached);
     OmStatus status = work_init(&w, acq);
     for (int a = 0; a < nacq && status == OM_OK; ++a) status = find_twin(&w, a);
     const bool has_network = u->def.estimate != NULL;

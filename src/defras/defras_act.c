@@ -120,7 +120,7 @@ static OmStatus step_release(OmLoop* loop, Next* next) {
     case 0:
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_OPEN));
         om_body_release(loop->twin, a->plan.arm);
-        om__look_note_release(loop, a->plan.arm);
+        OM_TRY(om__look_note_release(loop, a->plan.arm));
         state->in_hand = -1;
         state->at = -1;
         state->is_closed = false;

@@ -265,7 +265,7 @@ OmStatus om__loop_ahead_held(OmLoop* loop, int arm, bool exposes[2]) {
     OmAhead* a = loop->ahead;
     const ArmState* state = &loop->arm[arm];
     exposes[0] = exposes[1] = false;
-    if (!a) return OM_OK;
+    if (!a || state->is_turned) return OM_OK;  // trials keep the tools straight
     const int nbad = om_body_nbad(loop->twin);
     int nstep = 0;
     prepare(a, loop);

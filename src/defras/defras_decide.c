@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "defras/defras_internal.h"
+#include "defras/defras_updater.h"
 
 // ---- the end ----------------------------------------------------------------------------------------------
 
@@ -262,6 +263,17 @@ static void conclude_action(OmLoop* loop, bool* needs_tick) {
         leave_action(loop);
 }
 
+// A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
+// end of a plan, or a release, depends on what is learnt.
+static bool must_wait(const OmLoop* loop) {
+    const OmUpdater* u = loop->updater;
+    const int next = loop->action_index + 1;
+    if (!loop->monitor || !u || !u->def.estimate) return false;
+    if (!u->job && !u->is_due && !loop->has_effect_due) return false;
+    if (loop->visibility >= loop->task.visibility) return false;
+    return next >= loop->plan.naction || loop->plan.action[next].verb != OM_PLAN_PULL;
+}
+
 static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     OM_TRY(om__modulus_learn(loop));
     OM_TRY(note_action(loop));
@@ -269,7 +281,7 @@ static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     if (om__look_is_due(loop)) {
         loop->stage = STAGE_LOOK;
         loop->look_begin = loop->time;
-    } else if (loop->action.outcome == OM_ACTION_WARNED) {
+    } else if (loop->action.outcome == OM_ACTION_WARNED || must_wait(loop)) {
         om__warn_begin_learning(loop);
     } else {
         conclude_action(loop, needs_tick);
@@ -325,21 +337,12 @@ static OmStatus check_learning(OmLoop* loop, bool* needs_tick) {
     return OM_OK;
 }
 
-// A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
-// end of a plan, or a release, depends on what is learnt.
-static bool may_run_beside(const OmLoop* loop) {
-    const int next = loop->action_index + 1;
-    return next < loop->plan.naction && loop->plan.action[next].verb == OM_PLAN_PULL;
-}
-
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     // nothing is learnt in state 3
     if (loop->warning == 3 && !loop->is_overruled) loop->look_begin = loop->time;
     OM_TRY(om__look_take(loop, needs_tick));
     if (*needs_tick) return OM_OK;
-    const bool is_seen = loop->visibility >= loop->task.visibility;
-    if (loop->action.outcome == OM_ACTION_WARNED ||
-        (loop->monitor && !may_run_beside(loop) && !is_seen))
+    if (loop->action.outcome == OM_ACTION_WARNED || must_wait(loop))
         om__warn_begin_learning(loop);
     else
         conclude_action(loop, needs_tick);

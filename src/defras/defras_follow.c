@@ -22,6 +22,7 @@
 // twin does not know, and where no estimate finds them the tissue is let go.
 //
 // Attachments come first: forces explain any picture, and say nothing about other tissue.
+#include <math.h>
 #include <string.h>
 
 #include "defras/defras_internal.h"
@@ -41,21 +42,27 @@ void om__follow_keep(OmLoop* loop, bool is_adopted) {
     const size_t n = 3 * (size_t)u->nvert;
     const double* from = NULL;
     loop->has_increment = false;
-    if (!loop->increment || !e->has_shape || e->nvert != u->nvert || u->ngiven == 0) return;
+    if (!loop->increment || !e->has_shape || !e->shape || e->nvert != u->nvert || u->ngiven == 0)
+        return;
     if (is_adopted)
-        from = e->nacquisition == u->ngiven ? e->x + (size_t)(u->ngiven - 1) * n : NULL;
+        from = e->x && e->nacquisition == u->ngiven ? e->x + (size_t)(u->ngiven - 1) * n : NULL;
     else
         from = u->given[u->ngiven - 1]->x_twin;
     if (!from) return;
-    for (size_t i = 0; i < n; ++i) loop->increment[i] = e->shape[i] - from[i];
     loop->has_increment = true;
+    for (size_t i = 0; i < n; ++i) {
+        loop->increment[i] = e->shape[i] - from[i];
+        if (!isfinite(loop->increment[i])) loop->has_increment = false;
+    }
 }
 
 OmStatus om__follow_begin(OmLoop* loop, bool* has_begun) {
     const bool is_holding = loop->arm[0].in_hand >= 0 || loop->arm[1].in_hand >= 0;
     *has_begun = false;
-    if (!loop->has_increment || !is_holding || !loop->has_dragged) return OM_OK;
+    if (!loop->has_increment || !is_holding || !loop->is_of_fold) return OM_OK;
     if (!om_body_engine(loop->twin)->has_springs) return OM_OK;
+    if (om_match_adoption_is_active(loop->adoption))
+        return OM_OK;  // a person has marked attachments
     loop->has_increment = false;
     OM_TRY(
         om_match_adoption_follow(loop->adoption, loop->twin, loop->increment, OM_MATCH_ADOPT_TIME));
@@ -66,12 +73,17 @@ OmStatus om__follow_begin(OmLoop* loop, bool* has_begun) {
     return OM_OK;
 }
 
+OmStatus om__follow_drop(OmLoop* loop) {
+    loop->has_followed = loop->has_increment = loop->is_waiting = false;
+    return om_match_adoption_stop(loop->adoption, loop->twin);
+}
+
 OmStatus om__follow_check(OmLoop* loop, bool* waits) {
     const bool was_waiting = loop->is_waiting;
     *waits = loop->is_waiting = was_waiting && om_match_adoption_is_following(loop->adoption);
     const bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
-    const bool goes_on = was_waiting && !*waits && is_in_motion && !loop->is_paused;
-    return goes_on ? om__motion_resume(loop) : OM_OK;
+    const bool is_over = was_waiting && !*waits && is_in_motion && !loop->is_paused;
+    return is_over && !om__warn_stops(loop) ? om__motion_resume(loop) : OM_OK;
 }
 
 OmStatus om__follow_judge(OmLoop* loop) {
@@ -83,6 +95,7 @@ OmStatus om__follow_judge(OmLoop* loop) {
         bool exposes[2];  // away from the camera, towards the ROI
         if (block < 0) continue;
         OM_TRY(om__loop_ahead_held(loop, arm, exposes));
+        loop->wants_plan = true;
         if (!exposes[0]) loop->tried[block] |= OM_TRIED_MOVE_AWAY;
         if (!exposes[1]) loop->tried[block] |= OM_TRIED_MOVE_ROI;
         if (!exposes[0] && !exposes[1]) om__warn_give_up(loop);

@@ -131,5 +131,5 @@ OmStatus om__loop_end_hold(OmLoop* loop) {
     loop->has_lag_origin = false;
     loop->nfailed_update = 0;
     bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
-    return is_in_motion ? om__motion_resume(loop) : OM_OK;
+    return is_in_motion && !loop->is_waiting ? om__motion_resume(loop) : OM_OK;
 }

@@ -261,6 +261,7 @@ struct OmLoop {
     double* increment;    // m, from the twin to the newest scan, or null  (nvert x 3)
     unsigned char* goal;  // scratch: attachments after the following      (nvert)
     bool has_increment;
+    bool is_of_fold;    // the estimate under way, or the last one, is of tissue that was folded
     bool has_followed;  // since the grasp, and no fold was tried in the twin since
     bool is_waiting;    // the twin follows, and the arms keep still
     int doubt_grasp;    // grasps until the last doubt, -1: there was none
@@ -376,7 +377,8 @@ bool om__look_is_due(const OmLoop* loop);  // after an action
 // Take an acquisition, or set needs_tick until the tissue rests.
 OmStatus om__look_take(OmLoop* loop, bool* needs_tick);
 void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip);
-void om__look_note_release(OmLoop* loop, int arm);
+OmStatus om__look_note_release(OmLoop* loop, int arm);
+OmStatus om__look_notify_follow(OmLoop* loop);  // of an adopted estimate
 OmStatus om__look_check(OmLoop* loop);  // after a step: adopt or refuse an estimate that is ripe
 OmStatus om__look_start(OmLoop* loop);  // after decisions: start an estimate from new acquisitions
 OmStatus om__look_end(OmLoop* loop);    // cancel an estimate that runs
@@ -450,6 +452,7 @@ void om__follow_keep(OmLoop* loop,
                      bool is_adopted);  // the way to the scan of the estimate just joined
 // Begin to follow it, if there is one and tissue is held. The arms stop.
 OmStatus om__follow_begin(OmLoop* loop, bool* has_begun);
+OmStatus om__follow_drop(OmLoop* loop);  // the tissue is released
 // After each step: *waits while the twin follows; then the stopped motion continues.
 OmStatus om__follow_check(OmLoop* loop, bool* waits);
 // At the end of learning, if the twin followed: what the twin does not expose is not tried with this grasp.
@@ -457,6 +460,7 @@ OmStatus om__follow_judge(OmLoop* loop);
 bool om__follow_is_fixed(const OmLoop* loop, int block);  // as om__grid_is_fixed of the twin
 
 // defras_ahead.c: does a fold of the tissue in hand, away from the camera or towards the ROI, expose it in the twin?
+// Neither, where this cannot be tried: no look ahead, its budget, a turned wrist.
 OmStatus om__loop_ahead_held(OmLoop* loop, int arm, bool exposes[2]);
 
 // defras_force.c

@@ -37,10 +37,23 @@ bool om__look_is_due(const OmLoop* loop) {
     return lift >= u->def.settings.min_lift - 5e-4;  // a measured tip stops that far from its goal
 }
 
+// Attachments of the twin. While it adopts an estimate a spring that fades is none.
+static OmStatus copy_attached(const OmLoop* loop, unsigned char** attached) {
+    size_t n = (size_t)om_body_site(loop->twin)->mesh.nvert;
+    OM_ALLOC(*attached, n);
+    memcpy(*attached, om_body_attached(loop->twin), n);
+    om_match_adoption_get_goal(loop->adoption, *attached);
+    return OM_OK;
+}
+
 static OmStatus take(const OmLoop* loop, const OmObservation* obs) {
     OmQuat q[OM_MAX_ARM];
+    unsigned char* attached;
     for (int a = 0; a < OM_MAX_ARM; ++a) q[a] = om__twin_pose(loop, a, obs->arm[a].tip).q;
-    return om__updater_take(loop->updater, obs, loop->time, q, loop->twin);
+    OM_TRY(copy_attached(loop, &attached));
+    OmStatus status = om__updater_take(loop->updater, obs, loop->time, q, loop->twin, attached);
+    om_free(attached);
+    return status;
 }
 
 OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
@@ -71,21 +84,12 @@ void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip) {
     om__updater_grasp(loop->updater, arm, pose_world_tip, loop->task.grasp_radius, loop->twin);
 }
 
-void om__look_note_release(OmLoop* loop, int arm) {
-    loop->has_followed = false;
+OmStatus om__look_note_release(OmLoop* loop, int arm) {
     if (loop->updater) om__updater_release(loop->updater, arm);
+    return om__follow_drop(loop);
 }
 
 // ---- estimates ------------------------------------------------------------------------------------------
-
-// Attachments of the twin. While it adopts an estimate a spring that fades is none.
-static OmStatus copy_attached(const OmLoop* loop, unsigned char** attached) {
-    size_t n = (size_t)om_body_site(loop->twin)->mesh.nvert;
-    OM_ALLOC(*attached, n);
-    memcpy(*attached, om_body_attached(loop->twin), n);
-    om_match_adoption_get_goal(loop->adoption, *attached);
-    return OM_OK;
-}
 
 static int count(const unsigned char* attached, int n) {
     int sum = 0;
@@ -123,6 +127,7 @@ static OmStatus begin_record(OmLoop* loop) {
 
 static OmStatus start_estimate(OmLoop* loop) {
     OmUpdater* u = loop->updater;
+    loop->is_of_fold = loop->has_dragged;
     OM_TRY(begin_record(loop));
     OM_TRY(om__updater_start(u, loop->tick, loop->time));
     OmUpdateEvent event = make_event(loop, OM_UPDATE_STARTED, u->nestimate - 1);
@@ -181,10 +186,16 @@ done:
     return status;
 }
 
+OmStatus om__look_notify_follow(OmLoop* loop) {
+    OmUpdateEvent event = make_event(loop, OM_UPDATE_FOLLOWED, loop->updater->nestimate - 1);
+    event.reason = "with those just learnt it is still too far away";
+    return om__loop_notify_update(loop, &event);
+}
+
 // A fold deviates for other reasons than attachments (defras_follow.c): an estimate must explain most of it.
 static bool is_doubtful(const OmLoop* loop) {
     const OmMatchEstimate* e = &loop->updater->estimate;
-    return loop->monitor && loop->has_dragged && e->has_shape &&
+    return loop->monitor && loop->is_of_fold && e->has_shape &&
            e->after_mean > CLEAR * e->before_mean;
 }
 
@@ -210,6 +221,7 @@ static OmStatus follow_fold(OmLoop* loop) {
 static OmStatus end_estimate(OmLoop* loop) {
     OmUpdater* u = loop->updater;
     OmStatus status = om__updater_join(u);
+    loop->has_increment = false;  // of an earlier estimate
     if (status == OM_OK && u->estimate.is_accepted) status = check_estimate(u);
     if (status == OM_NO_MEMORY) {
         om__updater_drop(u);

@@ -252,6 +252,7 @@ static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OM_TRY(om__look_end(loop));
     OM_TRY(om__warn_end(loop));
+    OM_TRY(om__follow_drop(loop));
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->world_ntorn = loop->truth_nattached - om__count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);

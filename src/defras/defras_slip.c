@@ -8,7 +8,7 @@
 static OmStatus lose_grasp(OmLoop* loop, int arm) {
     ArmState* state = &loop->arm[arm];
     om_body_release(loop->twin, arm);
-    om__look_note_release(loop, arm);
+    OM_TRY(om__look_note_release(loop, arm));
     loop->tried[state->in_hand] |= OM_TRIED_GRASP;
     state->in_hand = state->at = -1;
     state->is_closed = state->is_max_force = false;

@@ -69,7 +69,7 @@ double om__force_rate(double force, double limit) {
 }
 
 static void watch_force(OmLoop* loop) {
-    if (!loop->has_forces) return;
+    if (!loop->has_forces || loop->is_waiting) return;  // springs of a following are no pull
     double limit = om__force_limit(&loop->task), largest = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->force[a]);
     loop->force_action = fmax(loop->force_action, largest);

@@ -85,6 +85,7 @@ static void taken_drop(Taken* t) {
     if (!t || --t->nref > 0) return;
     om_scan_done(&t->data.scan);
     om_free(t->x_twin);
+    om_free(t->attached);
     for (int a = 0; a < OM_MAX_ARM; ++a) om_free(t->vert[a]);
     om_free(t);
 }
@@ -157,7 +158,8 @@ static void keep(OmUpdater* u, Taken* t) {
 }
 
 OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
-                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin) {
+                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin,
+                          const unsigned char* attached) {
     OmStatus status = OM_OK;
     const size_t n = 3 * (size_t)u->nvert;
     Taken* t = om_calloc(1, sizeof *t);
@@ -168,6 +170,9 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
     OM_ALLOC_DONE(t->x_twin, n);
     memcpy(t->x_twin, om_body_x(twin), n * sizeof *t->x_twin);
     t->data.x_twin = t->x_twin;
+    OM_ALLOC_DONE(t->attached, (size_t)u->nvert);
+    memcpy(t->attached, attached, (size_t)u->nvert);
+    t->data.attached = t->attached;
     OM_TRY_DONE(om_scan_from_observation(&u->def.scan, obs, &t->data.scan));
     keep(u, t);
     t = NULL;

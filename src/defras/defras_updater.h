@@ -9,9 +9,10 @@
 // An acquisition with its arrays. The kept ones and those of the running job share it; only the loop's thread counts.
 typedef struct Taken {
     OmAcquisition data;
-    double* x_twin;          // of data
-    int* vert[OM_MAX_ARM];   // of data.grasp
-    int number[OM_MAX_ARM];  // of the grasp of each arm, counted from 1; 0: none
+    double* x_twin;           // of data
+    unsigned char* attached;  // of data
+    int* vert[OM_MAX_ARM];    // of data.grasp
+    int number[OM_MAX_ARM];   // of the grasp of each arm, counted from 1; 0: none
     int nref;
 } Taken;
 
@@ -56,7 +57,8 @@ void om__updater_release(OmUpdater* updater, int arm);
 /// of the same grasps is replaced, or the oldest of too many.
 /// @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
 OmStatus om__updater_take(OmUpdater* updater, const OmObservation* observation, double time,
-                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin);
+                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin,
+                          const unsigned char* attached);
 /// Start the job with the kept acquisitions. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
 OmStatus om__updater_start(OmUpdater* updater, int tick, double time);
 /// True if the job's result is to be taken in this tick. The loop then joins the job, and may wait.

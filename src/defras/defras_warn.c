@@ -85,10 +85,14 @@ static OmStatus measure_update(OmLoop* loop, bool is_last_chance) {
     if (is_far && !is_last_chance && !u->is_followed) {
         OM_TRY(om__follow_begin(loop, &u->is_followed));
         loop->effect_time = loop->time + OM_MATCH_ADOPT_TIME + MEASURE_REST;
-        if (u->is_followed) return OM_OK;
+        if (u->is_followed) return om__look_notify_follow(loop);
     }
-    if (u->is_followed && loop->frame.mu > u->mu_before)
+    if (u->is_followed && loop->frame.mu > u->mu_before && !is_last_chance) {  // it is worse
         OM_TRY(om_body_set_force(loop->twin, NULL));
+        if (u->stage == OM_UPDATE_FOLLOWED) u->stage = OM_UPDATE_REFUSED;
+        u->is_followed = false;
+    }
+    if (!is_last_chance) loop->has_increment = false;  // otherwise it may be that of a newer one
     u->mu_after = loop->frame.mu;
     u->part_after = om__warn_part(loop);
     loop->has_effect_due = false;
@@ -153,7 +157,7 @@ bool om__warn_stops(const OmLoop* loop) {
     const OmPlanVerb verb = loop->action.plan.verb;
     const bool is_moving =
         verb == OM_PLAN_PULL || verb == OM_PLAN_MOVE_ROI || verb == OM_PLAN_MOVE_AWAY;
-    return loop->warning >= 2 && is_moving && !loop->motion.is_easing;
+    return (loop->warning >= 2 || loop->has_followed) && is_moving && !loop->motion.is_easing;
 }
 
 OmStatus om__warn_note_update(OmLoop* loop, OmUpdateStage stage) {
@@ -191,6 +195,7 @@ void om__warn_give_up(OmLoop* loop) {
         if (arm->in_hand < 0) continue;
         loop->tried[arm->in_hand] |= OM_TRIED_GRASP | OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
         arm->is_max_force = true;
+        loop->wants_plan = true;
     }
 }
 

@@ -139,9 +139,12 @@ static int make_list(OmMatchAdoption* a, const OmBody* body, const unsigned char
     return n;
 }
 
+static OmStatus end_follow(OmMatchAdoption* a, OmBody* body);
+
 OmStatus om_match_adoption_begin(OmMatchAdoption* a, OmBody* body, const unsigned char* attached,
                                  const double* stiffness, double seconds) {
     OM_TRY(check_begin(a, body, attached, stiffness, seconds));
+    if (om_match_adoption_is_following(a)) OM_TRY(end_follow(a, body));
     double* goal;
     OM_ALLOC(goal, a->head->nvert);
     int n = make_list(a, body, attached, stiffness, goal);
@@ -229,8 +232,8 @@ bool om_match_adoption_is_following(const OmMatchAdoption* a) {
 
 double om_match_adoption_force(const OmMatchAdoption* a) { return a->head->force; }
 
-// The list in scratch: attachments with their anchors, the other vertices with anchors at the increment. What an
-// adoption under way would free is free.
+// The list in scratch: attachments with their anchors, the other vertices with anchors at the increment. A following
+// under way lists all vertices.
 static void list_all(OmMatchAdoption* a, const OmBody* body, const double* increment,
                      double* goal) {
     const OmSite* site = om_body_site(body);
@@ -238,7 +241,7 @@ static void list_all(OmMatchAdoption* a, const OmBody* body, const double* incre
     const double stiffness = FOLLOW * om_site_get_material(site, 0).young * cbrt(volume);
     const double* present = om_body_attachment_stiffness(body);
     for (int v = 0; v < a->head->nvert; ++v) goal[v] = om_body_attached(body)[v] ? present[v] : -1;
-    for (int i = 0; a->head->is_active && i < a->head->nlist; ++i) goal[a->vert[i]] = a->goal[i];
+    for (int i = 0; a->head->is_active && i < a->head->nlist; ++i) goal[i] = a->goal[i];
     for (int v = 0; v < a->head->nvert; ++v) {
         const bool is_held = goal[v] >= 0;
         OmVec3 x = om_load3(om_body_x(body), v);
@@ -260,6 +263,8 @@ OmStatus om_match_adoption_follow(OmMatchAdoption* a, OmBody* body, const double
     for (size_t i = 0; i < 3 * n; ++i)
         OM_CHECK(isfinite(increment[i]), OM_INVALID,
                  "following: the increment of vertex %d is not finite", (int)(i / 3));
+    OM_CHECK(!a->head->is_active || a->head->is_follow, OM_INVALID,
+             "following: an adoption is under way");
     OM_CHECK(om_body_engine(body)->has_springs, OM_UNAVAILABLE,
              "following: engine \"%s\" has no springs", om_body_engine(body)->name);
     double* goal;
@@ -280,13 +285,18 @@ OmStatus om_match_adoption_follow(OmMatchAdoption* a, OmBody* body, const double
     return om_body_set_force(body, NULL);
 }
 
+// Where the spring of a free vertex leads at a share of the way.
+static OmVec3 follow_anchor(const OmMatchAdoption* a, int v, double share) {
+    return om_lerp(om_load3(a->from, v), om_load3(a->anchor, v), share);
+}
+
 // Forces in place of the springs.
-static OmStatus end_follow(OmMatchAdoption* a, OmBody* body) {
+static OmStatus set_follow_force(OmMatchAdoption* a, OmBody* body, double share) {
     Head* h = a->head;
     h->force = 0;
     for (int v = 0; v < h->nvert; ++v) {
         const bool is_free = a->goal[v] < 0 && om_body_held_by(body)[v] < 0;
-        OmVec3 way = om_sub(om_load3(a->anchor, v), om_load3(om_body_x(body), v));
+        OmVec3 way = om_sub(follow_anchor(a, v, share), om_load3(om_body_x(body), v));
         OmVec3 f = om_scale(is_free ? a->spring[v] : 0, way);
         om_store3(a->now, v, f);
         h->force += om_norm(f);
@@ -294,22 +304,35 @@ static OmStatus end_follow(OmMatchAdoption* a, OmBody* body) {
     return om_body_set_force(body, a->now);
 }
 
-// Springs at the time share t. A grasped vertex follows its tool; it keeps the spring of an attachment.
-static OmStatus apply_follow(OmMatchAdoption* a, OmBody* body, double t) {
+// Springs at the time share t, or forces. A grasped vertex follows its tool; it keeps the spring of an attachment.
+static OmStatus apply_follow(OmMatchAdoption* a, OmBody* body, double t, bool is_end) {
     const signed char* held_by = om_body_held_by(body);
     const double share = smooth(t / RISE);
     int n = 0;
-    if (t >= 1) OM_TRY(end_follow(a, body));
+    if (is_end) OM_TRY(set_follow_force(a, body, share));
     for (int v = 0; v < a->head->nvert; ++v) {
         const bool is_attached = a->goal[v] >= 0, is_grasped = held_by[v] >= 0;
-        if (!is_attached && (is_grasped || t >= 1)) continue;
+        if (!is_attached && (is_grasped || is_end)) continue;
         if (is_attached && is_grasped && a->goal[v] == 0) continue;
-        const OmVec3 to = om_load3(a->anchor, v);
-        om_store3(a->now, n, is_attached ? to : om_lerp(om_load3(a->from, v), to, share));
+        const OmVec3 to = is_attached ? om_load3(a->anchor, v) : follow_anchor(a, v, share);
+        om_store3(a->now, n, to);
         a->now_spring[n] = a->spring[v];
         a->now_vert[n++] = v;
     }
     return om_body_set_attachment(body, n, a->now_vert, a->now, a->now_spring);
+}
+
+// Forces and attachments from now on.
+static OmStatus end_follow(OmMatchAdoption* a, OmBody* body) {
+    a->head->is_active = 0;
+    return apply_follow(a, body, a->head->elapsed / a->head->seconds, true);
+}
+
+OmStatus om_match_adoption_stop(OmMatchAdoption* a, OmBody* body) {
+    if (!om_match_adoption_is_following(a)) return OM_OK;
+    OM_TRY(end_follow(a, body));
+    a->head->force = 0;
+    return om_body_set_force(body, NULL);
 }
 
 // ---- a step ---------------------------------------------------------------------------------------------------
@@ -322,7 +345,7 @@ OmStatus om_match_adoption_step(OmMatchAdoption* a, OmBody* body, double dt) {
     double t = fmin(1, (h->elapsed + dt) / h->seconds);  // seconds > 0
     if (t > 1 - 1e-9) t = 1;
     if (h->is_follow) {
-        OM_TRY(apply_follow(a, body, t));
+        OM_TRY(apply_follow(a, body, t, t >= 1));
         h->elapsed += dt;
         h->is_active = t < 1;
         return OM_OK;

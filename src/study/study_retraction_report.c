@@ -93,8 +93,8 @@ static void put_run(const RetractionResult* r, int row, char cell[NRUN][WORD]) {
     snprintf(cell[5], WORD, "%d / %d", run->nforce, run->nforce_world);
     snprintf(cell[6], WORD, "%.2f / %.2f", run->force / run->epsilon,
              run->force_world / run->epsilon);
-    snprintf(cell[7], WORD, "%d of %d, mu %d of %d", run->nadopted, run->nupdate, run->ngood,
-             run->ntrigger);
+    snprintf(cell[7], WORD, run->ntrigger ? "%d of %d to 2 mm; %d adopted, %d followed" : "none",
+             run->ngood, run->ntrigger, run->nadopted, run->nfollowed);
     snprintf(cell[8], WORD, "%s",
              run->is_success ? "success" : om_retract_outcome_text(run->outcome));
 }

@@ -299,6 +299,23 @@ static void test_follow(void** state) {
         c.teacher.truth = om_world_truth(c.g.world);
         while (c.loop->arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
         c.loop->has_dragged = true;  // as if the tissue had been folded before
+        if (k) {  // a person pauses the arms and lets them go on while the twin follows
+            while (!c.loop->is_waiting) assert_ok(om_loop_tick(c.loop));
+            assert_ok(give(c.loop, OM_LOOP_PAUSE));
+            assert_ok(om_loop_tick(c.loop));
+            assert_ok(give(c.loop, OM_LOOP_RESUME));
+            int nfixed = 0;  // the springs of the following are no attachments
+            for (int b = 0; b < c.loop->grid.n * c.loop->grid.n; ++b)
+                nfixed += om__follow_is_fixed(c.loop, b);
+            assert_int_equal(nfixed, 0);
+            while (c.loop->is_waiting) {
+                OmObservation obs = {0};
+                assert_ok(om_loop_tick(c.loop));
+                assert_ok(om_world_observe(c.g.world, 0, &obs));
+                assert_false(obs.arm[0].is_moving && c.loop->is_waiting);
+                om_observation_done(&obs);
+            }
+        }
         tick_to_end(c.loop);
         const OmRetractResult* r = om_loop_result(c.loop);
         print_course(r);
