@@ -17,7 +17,8 @@
 // folds are tried in the twin from where it has followed to (om__loop_ahead_held): a fold that exposes nothing there is
 // not made, and where neither does, or mu is still above its first limit, the tissue is let go. Tried without trials:
 // of eight development pairs three were not exposed that had been before, since the loop stayed with grasps that it
-// would have given up. Tried without the limit: random pairs 1001 and 1002 followed to 2.7 mm, continued, and were held.
+// would have given up. Tried without the limit: random pairs 1001 and 1002 followed to 2.7 mm, continued, and were
+// held.
 //
 // Only folds, and pulls after a fold of the same grasp: tissue that deviates in a pull is held by attachments that the
 // twin does not know, and where no estimate finds them the tissue is let go.

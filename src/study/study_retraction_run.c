@@ -9,6 +9,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
+#include "omentum/base_job.h"
 #include "study/study_match_case.h"
 #include "study/study_retraction_internal.h"
 
@@ -24,6 +25,7 @@
 #define PREPLAN (OM_RETRACTION_NROW + 1)
 #define CEILING_BOTH (OM_RETRACTION_NROW + 2)  // a search with both arms
 #define FIRST_GRASPS 5
+#define MAX_WORKER 64
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
     "defras",      "fras",     "fras-true", "no-preplan", "no-monitor",
@@ -286,23 +288,38 @@ static OmStatus make(const Retraction* s, Task* t) {
     return status;
 }
 
-// The caller's thread, of rank 0, reports for all.
-static void work(void* ctx, OmTeam* team, int rank, int size) {
-    (void)team;
-    (void)size;
-    Crew* c = ctx;
+// Take tasks until none is left. The caller's thread reports for all.
+static void work(Crew* c, bool is_caller) {
     while (atomic_load(&c->status) == OM_OK) {
         const int i = atomic_fetch_add(&c->next, 1);
         if (i >= c->ntask) return;
         OmStatus status = make(c->s, &c->task[i]);
         const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
-        if (status >= 0 && rank == 0)
+        if (status >= 0 && is_caller)
             status = om_progress_report(c->s->progress, c->stage, ndone, c->ntask);
         if (status < 0 && !atomic_flag_test_and_set(&c->is_reported)) {
             snprintf(c->message, sizeof c->message, "%s: %s", c->task[i].name, om_error_message());
             atomic_store(&c->status, status);
         }
     }
+}
+
+static OmStatus help(void* ctx, const OmProgress* progress) {
+    (void)progress;
+    work(ctx, false);
+    return OM_OK;
+}
+
+// Jobs of their own, not om_parallel_team: a team that begins on a busy machine has fewer workers to its end, and this
+// one lasts for hours.
+static void run_crew(Crew* c, int nworker) {
+    OmJob* job[MAX_WORKER];
+    int njob = 0;
+    if (nworker > c->ntask) nworker = c->ntask;
+    if (nworker > MAX_WORKER) nworker = MAX_WORKER;
+    while (njob < nworker - 1 && om_job_start(help, c, &job[njob]) == OM_OK) ++njob;
+    work(c, true);
+    for (int k = 0; k < njob; ++k) om_job_join(job[k]);  // the crew has the status
 }
 
 // Run n tasks. After a failure no other one is begun; the tasks that were finished count.
@@ -315,7 +332,7 @@ static OmStatus run_tasks(Retraction* s, const char* stage, Task* task, int n) {
               .status = OM_OK,
               .is_reported = ATOMIC_FLAG_INIT};
     OM_TRY(om_progress_report(s->progress, stage, 0, n));
-    om_parallel_team(om_worker_count(s->def->nworker), work, &c);
+    run_crew(&c, om_worker_count(s->def->nworker));
     for (int k = 0; k < n; ++k)
         if (task[k].is_done) mark(&task[k]);
     const int status = atomic_load(&c.status);
