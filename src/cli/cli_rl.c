@@ -53,7 +53,8 @@ static void put_settings(OmCliRlWords* w, const char* option, const OmCliRlSetti
                          int nsetting, int* nword, int* n) {
     for (int i = 0; i < nsetting; ++i) {
         char* word = w->word[(*nword)++];
-        snprintf(word, sizeof w->word[0], "%s=%s=%s", option, setting[i].key, setting[i].value);
+        snprintf(word, sizeof w->word[0], "%s=%.63s=%.*s", option, setting[i].key,
+                 OM_CLI_RL_TEXT - 1, setting[i].value);
         w->argv[(*n)++] = word;
     }
 }
