@@ -55,7 +55,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int clone_epoch;               // epochs of cloning before GAIL; default 100
     // Evaluations during the trainings of PPO and GAIL, in the task of the evaluation, from drawn starts: the policy
     // with the best one is the result (OmRlTrainDef).
-    int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 16
+    int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 0
     int eval_nepisode;                  // default 64
     int eval_stop;                      // of PPO; default 3
     int ndemo;                          // default 35
