@@ -138,6 +138,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
     double young_factor;
     int nmodulus;
+    bool is_modulus_by_shape;  // the last time by what the camera saw, not by forces
+    int nexplained;    // warnings that did not rise: a twin with the same attachments explains them
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation

@@ -1,6 +1,10 @@
-/// omentum/defras_modulus.h: the twin's Young's modulus, learnt from measured pulls (floor 7; open in thesis 7.1).
+/// omentum/defras_modulus.h: the twin's Young's modulus, learnt during the operation (floor 7; open in thesis 7.1).
 ///
-/// Where the arms measure force, the load on held tissue is compared with the twin's at the same motion of the tool.
+/// By shape: after a pull, the depth camera's picture is compared with the twin and with bodies of half and of twice
+/// its modulus that repeat the motion since the grasp; the modulus that agrees best is taken over
+/// (defras_modulus_shape.c).
+///
+/// By force: where the arms measure force, the load on held tissue is compared with the twin's at the same motion of the tool.
 /// Where they disagree, the motion since the grasp is repeated in two bodies of half and of twice the twin's modulus,
 /// and the modulus that explains the measured load is found between them. Two successive stretches of motion must
 /// agree. The twin then takes it over within 0.5 s. The effect of wrong attachments on a load is not that of one
@@ -13,6 +17,7 @@
 #define OMENTUM_DEFRAS_MODULUS_H
 
 #include "omentum/body.h"
+#include "omentum/match.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -22,6 +27,12 @@ typedef struct OmModulusDef {
     OmCookie cookie;
     const OmScene* scene;  // borrowed until destroy
     const OmSite* site;    // of the twin; borrowed until destroy
+    OmMatch* match;  // of the loop's estimates, which take over the modulus; borrowed; null: none
+    // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
+    bool by_force;
+    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,
+    // before a warning rises, whether a twin with the same attachments explains the picture (defras_explain.c).
+    bool by_shape;
 } OmModulusDef;
 
 OM_API OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site);

@@ -58,6 +58,8 @@ typedef struct OmMonitorFrame {
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
     // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
+    // m, mean closest distance over all points, less its mean over the frames before the first grasp
+    double mean;
     int npoint;  // measured points on the tissue
     int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
     int nrest;   // frames in `rest`
@@ -95,6 +97,13 @@ OM_API bool om_monitor_is_due(const OmMonitor* monitor, double time);
 ///         changed); OM_NO_MEMORY or OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observation,
                                  const double* x_twin, bool has_grasped, OmMonitorFrame* frame);
+/// The same comparison with other positions of the twin, after the first grasp: nothing of the monitor changes.
+/// @param frame  out: its state follows from mu alone
+/// @return as om_monitor_frame
+OM_API OmStatus om_monitor_try(OmMonitor* monitor, const OmObservation* observation,
+                               const double* x_twin, OmMonitorFrame* frame);
+/// The state before the next frame: 0 to 3. For a frame that is compared again after the twin has changed.
+OM_API void om_monitor_set_state(OmMonitor* monitor, int state);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
 /// The same by OmMonitorFrame.part: 0 to 2, with part_limit of the settings; 0 where parts are not watched.

@@ -34,8 +34,12 @@ OM_API OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* event, 
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_force(double factor, OmText* text);
 /// The Young's modulus that the twin has learnt (OmRetractResult.young_factor); begins with a blank.
+/// @param by_shape  by what the depth camera saw, not by measured forces
 /// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_words_modulus(double factor, OmText* text);
+OM_API OmStatus om_words_modulus(double factor, bool by_shape, OmText* text);
+/// A warning that did not rise, since a twin with the same attachments explains it; begins with a blank.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_words_explained(OmText* text);
 /// What a person demanded.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_command(const OmLoop* loop, const OmLoopCommand* command, OmText* text);

@@ -2404,6 +2404,9 @@ class OmSceneUpdate(Struct):
     // Young's modulus of the twin is learnt from measured pulls (defras_modulus.h), also where is_enabled is false. It
     // needs arms that measure force; default false.
     bool learns_modulus;
+    // The same from the shape that the depth camera sees in pulls (defras_modulus_shape.c). It needs the monitor;
+    // default false, `omentum retract --defras` sets it.
+    bool learns_modulus_by_shape;
 } OmSceneUpdate;"""
     is_enabled: bool
     latency: float
@@ -2413,6 +2416,7 @@ class OmSceneUpdate(Struct):
     network: str
     is_checked: bool
     learns_modulus: bool
+    learns_modulus_by_shape: bool
 
 
 class OmSceneMonitor(Struct):
@@ -3720,10 +3724,19 @@ class OmModulusDef(Struct):
     OmCookie cookie;
     const OmScene* scene;  // borrowed until destroy
     const OmSite* site;    // of the twin; borrowed until destroy
+    OmMatch* match;  // of the loop's estimates, which take over the modulus; borrowed; null: none
+    // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
+    bool by_force;
+    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,
+    // before a warning rises, whether a twin with the same attachments explains the picture (defras_explain.c).
+    bool by_shape;
 } OmModulusDef;"""
     cookie: int
     scene: Any
     site: Any
+    match: Any
+    by_force: bool
+    by_shape: bool
 
 
 class OmPsm(Struct):
@@ -3937,6 +3950,8 @@ class OmMonitorFrame(Struct):
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
     // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
+    // m, mean closest distance over all points, less its mean over the frames before the first grasp
+    double mean;
     int npoint;  // measured points on the tissue
     int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
     int nrest;   // frames in `rest`
@@ -3955,6 +3970,7 @@ class OmMonitorFrame(Struct):
     rest: float
     mu: float
     part: float
+    mean: float
     npoint: int
     nmoved: int
     nrest: int
@@ -4387,6 +4403,8 @@ class OmRetractResult(Struct):
     // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
     double young_factor;
     int nmodulus;
+    bool is_modulus_by_shape;  // the last time by what the camera saw, not by forces
+    int nexplained;    // warnings that did not rise: a twin with the same attachments explains them
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
@@ -4441,6 +4459,8 @@ class OmRetractResult(Struct):
     force_factor: float
     young_factor: float
     nmodulus: int
+    is_modulus_by_shape: bool
+    nexplained: int
     nforce: int
     nforce_world: int
     time: float
@@ -7042,7 +7062,7 @@ complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_do
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
-complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool)], {})
+complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool), ("learns_modulus_by_shape", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
@@ -7091,7 +7111,7 @@ complete(OmCalibrationPath, [("name", c_char_p), ("kind", c_int), ("point", OmVe
 complete(OmCalibrationSeen, [("path", c_int), ("level", c_int), ("landmark", c_int), ("x", OmVec3)], {})
 complete(OmCalibrationTissueDef, [("build", OmCalibrationBuildFn), ("ctx", c_void_p), ("contact", POINTER(OmContactDef)), ("npath", c_int), ("path", POINTER(OmCalibrationPath)), ("nlandmark", c_int), ("landmark", POINTER(c_char_p)), ("rest", c_void_p), ("nobservation", c_int), ("observation", POINTER(OmCalibrationSeen)), ("force_scale", c_double), ("ncloud_point", c_int), ("cloud_point", c_void_p), ("cookie", c_uint32)], {})
 complete(OmAheadDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("npoint", c_int), ("max_step", c_int), ("is_repeated", c_bool)], {})
-complete(OmModulusDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite))], {})
+complete(OmModulusDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("match", c_void_p), ("by_force", c_bool), ("by_shape", c_bool)], {})
 complete(OmPsm, [("pose_world_rcm", OmPose), ("wrist", c_double), ("q_min", c_double * 6), ("q_max", c_double * 6), ("jaw_min", c_double), ("jaw_max", c_double)], {})
 complete(OmPsmCapsule, [("a", OmVec3), ("b", OmVec3), ("radius", c_double)], {})
 complete(OmArmObservation, [("time", c_double), ("tip", OmPose), ("q", c_double * 6), ("jaw", c_double), ("jaw_speed", c_double), ("jaw_goal", c_double), ("is_moving", c_bool), ("has_wrench", c_bool), ("force", OmVec3), ("torque", OmVec3)], {})
@@ -7104,7 +7124,7 @@ complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", P
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
 complete(OmCloud, [("time", c_double), ("n", c_int), ("x", c_void_p), ("pixel", c_void_p)], {})
 complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
-complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("part", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("part", c_double), ("mean", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("is_forbidden", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
@@ -7121,7 +7141,7 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("is_followed", c_bool), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("is_modulus_by_shape", c_bool), ("nexplained", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopMotion, [("arm", c_int), ("verb", c_int), ("tip", OmVec3), ("goal", OmVec3), ("nplace", c_int)], {"verb": OmPlanVerb})
 complete(OmMotionLaw, [("ctx", c_void_p), ("next", CFUNCTYPE(c_int, c_void_p, POINTER(OmLoopMotion), POINTER(OmVec3)))], {})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
@@ -7614,6 +7634,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_match_report_save": (c_int, [POINTER(OmMatchReport), c_char_p]),
     "om_match_report_save_json": (c_int, [POINTER(OmMatchReport), c_char_p]),
     "om_match_report_save_mesh": (c_int, [POINTER(OmMatchReport), c_char_p]),
+    "om_match_set_young": (c_int, [c_void_p, c_double]),
     "om_match_solve": (c_int, [c_void_p, c_int, c_void_p, c_void_p]),
     "om_match_try": (c_int, [c_void_p, c_int, POINTER(OmAcquisition), c_void_p, c_void_p, POINTER(OmMatchTrial)]),
     "om_match_update": (c_int, [c_void_p, c_int, POINTER(OmAcquisition), POINTER(OmProgress), POINTER(OmMatchEstimate)]),
@@ -7638,8 +7659,10 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_monitor_next_part_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_reset": (None, [c_void_p]),
+    "om_monitor_set_state": (None, [c_void_p, c_int]),
     "om_monitor_settings": (POINTER(OmSceneMonitor), [c_void_p]),
     "om_monitor_sources": (c_uint, [c_void_p, POINTER(OmWorld)]),
+    "om_monitor_try": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, POINTER(OmMonitorFrame)]),
     "om_nearest_word": (c_char_p, [c_char_p, POINTER(c_char_p), c_int]),
     "om_net_add_activation": (c_int, [c_void_p, c_int, c_int, c_float]),
     "om_net_add_batch_norm": (c_int, [c_void_p, c_char_p, c_int]),
@@ -8226,9 +8249,10 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_words_action": (c_int, [c_void_p, POINTER(OmRetractAction), POINTER(OmText)]),
     "om_words_command": (c_int, [c_void_p, POINTER(OmLoopCommand), POINTER(OmText)]),
     "om_words_end": (c_int, [POINTER(OmRetractResult), POINTER(OmText)]),
+    "om_words_explained": (c_int, [POINTER(OmText)]),
     "om_words_force": (c_int, [c_double, POINTER(OmText)]),
     "om_words_hold": (c_int, [c_int, c_char_p, POINTER(OmText)]),
-    "om_words_modulus": (c_int, [c_double, POINTER(OmText)]),
+    "om_words_modulus": (c_int, [c_double, c_bool, POINTER(OmText)]),
     "om_words_plan": (c_int, [c_void_p, POINTER(OmSituation), POINTER(OmPlan), POINTER(OmText)]),
     "om_words_update": (c_int, [c_void_p, POINTER(OmUpdateEvent), POINTER(OmText)]),
     "om_words_warning": (c_int, [c_void_p, c_int, POINTER(OmMonitorFrame), POINTER(OmText)]),
@@ -8425,6 +8449,7 @@ STATUS = frozenset([
     "om_match_report_save",
     "om_match_report_save_json",
     "om_match_report_save_mesh",
+    "om_match_set_young",
     "om_match_solve",
     "om_match_try",
     "om_match_update",
@@ -8437,6 +8462,7 @@ STATUS = frozenset([
     "om_modulus_create",
     "om_monitor_create",
     "om_monitor_frame",
+    "om_monitor_try",
     "om_net_create",
     "om_net_describe",
     "om_net_finish",
@@ -8704,6 +8730,7 @@ STATUS = frozenset([
     "om_words_action",
     "om_words_command",
     "om_words_end",
+    "om_words_explained",
     "om_words_force",
     "om_words_hold",
     "om_words_modulus",

@@ -18,13 +18,14 @@ struct OmAudit {
     OmAuditDef def;
     char path[1200];
     uint64_t scene_hash, program_hash;
-    FILE* file;     // null: not begun, or without a file
-    OmText lines;   // all of them
-    OmText json;    // the line that is being written, over several lines
-    OmText words;   // a sentence, or reasons
-    OmText story;   // all sentences, with their times
-    double factor;  // on the twin's forces, of the last line of an action
-    int nmodulus;   // OmRetractResult.nmodulus there
+    FILE* file;      // null: not begun, or without a file
+    OmText lines;    // all of them
+    OmText json;     // the line that is being written, over several lines
+    OmText words;    // a sentence, or reasons
+    OmText story;    // all sentences, with their times
+    double factor;   // on the twin's forces, of the last line of an action
+    int nmodulus;    // OmRetractResult.nmodulus there
+    int nexplained;  // OmRetractResult.nexplained there
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {
@@ -359,8 +360,11 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     if (factor != a->factor) OM_TRY(om_words_force(factor, &a->words));
     a->factor = factor;
     if (loop->result.nmodulus > a->nmodulus)
-        OM_TRY(om_words_modulus(loop->result.young_factor, &a->words));
+        OM_TRY(om_words_modulus(loop->result.young_factor, loop->result.is_modulus_by_shape,
+                                &a->words));
     a->nmodulus = loop->result.nmodulus;
+    if (loop->result.nexplained > a->nexplained) OM_TRY(om_words_explained(&a->words));
+    a->nexplained = loop->result.nexplained;
     return end_told(a, loop, &json);
 }
 

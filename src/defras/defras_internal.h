@@ -68,6 +68,7 @@ typedef struct ArmState {
     double lift;                       // m above grasp_tip while holding
     // m, world frame: the twin's grasped tissue lies this far beside the tip, and is drawn to it
     OmVec3 twin_off;
+    OmVec3 aside;  // m, world frame: of the twin's tool from the measured one (defras_explain.c)
     bool is_closed;
     bool is_moving;
     bool is_max_force;
@@ -184,6 +185,7 @@ struct OmLoop {
     // computed by defras_warn.c
     OmMonitorFrame frame;  // the last one
     OmSceneMonitor monitor_settings;
+    double explain_time;            // s, of the last explained warning
     int warning;                    // state of Alg. 5, or of a part of the tissue
     double part_rest;               // m, OmMonitorFrame.part before the present grasp
     int part_state;                 // 0 to 2
@@ -471,8 +473,13 @@ void om__force_reset(OmLoop* loop);
 OmStatus om__modulus_begin(OmModulus* modulus);  // of a loop
 // After a step of the twin: record it, and take the next step of a change of the modulus.
 OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin);
-OmStatus om__modulus_learn(OmLoop* loop);  // after an action that moved held tissue
-void om__modulus_drop(OmLoop* loop);       // the twin's attachments change: the record says nothing
+OmStatus om__modulus_learn(OmLoop* loop);             // after an action that moved held tissue
+OmStatus om__modulus_tell_match(const OmLoop* loop);  // before an estimate starts
+OmStatus om__modulus_frame(OmLoop* loop, const OmObservation* obs);  // after a frame of the monitor
+// defras_explain.c: before a warning rises: is it explained by a twin with the same attachments? The twin then has its
+// shape.
+OmStatus om__explain(OmLoop* loop, const OmObservation* obs, bool* is_explained);
+void om__modulus_drop(OmLoop* loop);  // the twin's attachments change: the record says nothing
 
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);

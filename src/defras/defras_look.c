@@ -128,6 +128,7 @@ static OmStatus begin_record(OmLoop* loop) {
 static OmStatus start_estimate(OmLoop* loop) {
     OmUpdater* u = loop->updater;
     loop->is_of_fold = loop->has_dragged;
+    OM_TRY(om__modulus_tell_match(loop));
     OM_TRY(begin_record(loop));
     OM_TRY(om__updater_start(u, loop->tick, loop->time));
     OmUpdateEvent event = make_event(loop, OM_UPDATE_STARTED, u->nestimate - 1);

@@ -218,7 +218,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->needs_approval = def->needs_approval;
     loop->max_age = def->max_age;
     loop->max_lag = def->max_lag;
-    loop->clock_last = -HUGE_VAL;
+    loop->clock_last = loop->explain_time = -HUGE_VAL;
     loop->force_world = loop->visibility_world = NAN;
     loop->result.visibility_world_end = NAN;
     begin_result(loop, def->is_settled);

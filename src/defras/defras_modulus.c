@@ -20,61 +20,58 @@
 // A twin that changes its attachments, or a second arm that grasps, ends the record until the next grasp.
 #include "omentum/defras_modulus.h"
 
-#include "defras/defras_internal.h"
+#include "defras/defras_modulus_internal.h"
 
 #define MODULUS_COOKIE 0x0de1a571
-#define MAX_TICK 500    // of a record
 #define MIN_TICK 20     // of a stretch
-#define MIN_WAY 0.008   // m that the tip moves in a stretch
 #define MIN_FORCE 0.05  // N, of the disagreement
 #define MIN_SHARE 0.1   // the same, over the twin's load
 #define MAX_LEFT 0.3    // of the disagreement, root mean square
 #define SAME 0.4        // in log2: two estimates within a factor of 1.32
-#define RANGE 2.0       // in log2, of one estimate
+#define RANGE 2.0       // in log2, of one estimate by force
 #define MAX_FACTOR 4.0  // of all, and 1 / MAX_FACTOR
+#define ROUGHER 0.1     // friction of the ground of OmModulus.rough, more than the twin's
 #define NSTEP 5         // in which the twin takes over a modulus
 #define STEP_TIME 0.1   // s, of each
-
-typedef struct Tick {
-    OmPose tip;             // of the twin's grasp
-    OmVec3 measured, twin;  // N, force of the tool on the tissue
-} Tick;
-
-struct OmModulus {
-    OmModulusDef def;
-    OmBody* other[2];  // of half and of twice the modulus
-    void* start;       // of the twin, after the grasp
-    Tick* tick;        // (MAX_TICK)
-    OmVec3* load[2];   // N, of the other bodies, at each tick  (MAX_TICK)
-    int arm;           // of the record; -1: none
-    bool is_spent;     // no record until all arms have released
-    int n, begin;      // ticks; the stretch begins at the second
-    double last;       // u of the stretch before; NAN: none
-    double factor, target;
-    int nstep;        // left until the target
-    double step_due;  // s of the operation
-};
 
 static const double other_factor[2] = {0.5, 2};
 
 OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site) {
-    return (OmModulusDef){.cookie = MODULUS_COOKIE, .scene = scene, .site = site};
+    return (OmModulusDef){.cookie = MODULUS_COOKIE,
+                          .scene = scene,
+                          .site = site,
+                          .by_force = scene->update.learns_modulus ||
+                                      !scene->update.learns_modulus_by_shape,
+                          .by_shape = scene->update.learns_modulus_by_shape};
 }
 
 static OmStatus set_others(OmModulus* m) {
     for (int k = 0; k < 2; ++k)
         OM_TRY(om_body_set_young(m->other[k], m->def.scene, m->factor * other_factor[k]));
-    return OM_OK;
+    if (!m->def.by_shape) return OM_OK;
+    OM_TRY(om_body_set_young(m->same, m->def.scene, m->factor));
+    return om_body_set_young(m->rough, m->rough_scene, m->factor);
+}
+
+// Bodies of defras_explain.c.
+static OmStatus make_explaining(OmModulus* m) {
+    OM_ALLOC(m->rough_scene, 1);
+    *m->rough_scene = *m->def.scene;
+    m->rough_scene->tissue.friction = fmax(0, m->def.scene->tissue.friction) + ROUGHER;
+    OM_TRY(om_body_create(m->def.scene, m->def.site, 1, &m->same));
+    return om_body_create(m->rough_scene, m->def.site, 1, &m->rough);
 }
 
 OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
     *out = NULL;
     OM_CHECK(def->cookie == MODULUS_COOKIE, OM_INVALID, "OmModulusDef was not made by default_def");
     OM_CHECK(def->scene && def->site, OM_INVALID, "OmModulusDef.scene or site is null");
+    OM_CHECK(def->by_force || def->by_shape, OM_INVALID,
+             "OmModulusDef: neither by_force nor by_shape is set");
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
-    const bool is_fit =
-        om_engine_capabilities(engine) & OM_ENGINE_FORCES && om_engine_uses(engine, "young");
+    const bool has_forces = om_engine_capabilities(engine) & OM_ENGINE_FORCES;
+    const bool is_fit = (has_forces || !def->by_force) && om_engine_uses(engine, "young");
     OM_CHECK(is_fit, OM_INVALID,
              "%s: update: modulus: the twin's engine \"%s\" has no forces in newtons or no Young's "
              "modulus; choose fem, or learn no modulus",
@@ -84,11 +81,13 @@ OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
     if (!m) return OM_NO_MEMORY;
     m->def = *def;
     for (int k = 0; k < 2; ++k) OM_TRY_DONE(om_body_create(def->scene, def->site, 1, &m->other[k]));
+    if (def->by_shape) OM_TRY_DONE(make_explaining(m));
     m->start = om_alloc(1, om_body_state_size(m->other[0]));
-    if (!m->start) status = OM_NO_MEMORY;
+    m->now = om_alloc(1, om_body_state_size(m->other[0]));
+    if (!m->start || !m->now) status = OM_NO_MEMORY;
     if (status < 0) goto done;
-    OM_ALLOC_DONE(m->tick, MAX_TICK);
-    for (int k = 0; k < 2; ++k) OM_ALLOC_DONE(m->load[k], MAX_TICK);
+    OM_ALLOC_DONE(m->tick, OM_MODULUS_MAX_TICK);
+    for (int k = 0; k < 2; ++k) OM_ALLOC_DONE(m->load[k], OM_MODULUS_MAX_TICK);
     *out = m;
     m = NULL;
 done:
@@ -102,14 +101,18 @@ void om_modulus_destroy(OmModulus* m) {
         om_body_destroy(m->other[k]);
         om_free(m->load[k]);
     }
+    om_body_destroy(m->same);
+    om_body_destroy(m->rough);
+    om_free(m->rough_scene);
     om_free(m->start);
+    om_free(m->now);
     om_free(m->tick);
     om_free(m);
 }
 
 OmStatus om__modulus_begin(OmModulus* m) {
     m->arm = -1;
-    m->is_spent = false;
+    m->is_spent = m->is_shape_due = false;
     m->n = m->begin = m->nstep = 0;
     m->last = NAN;
     m->factor = m->target = 1;
@@ -138,35 +141,51 @@ static OmStatus take_step(OmLoop* loop) {
     return set_others(m);
 }
 
+// Begin a record with the twin's present state.
+static void begin_record(OmLoop* loop, int arm, OmVec3 tip) {
+    OmModulus* m = loop->modulus;
+    m->arm = arm;
+    m->n = m->begin = 0;
+    m->last = NAN;
+    m->is_shape_due = false;
+    m->ncheck = 0;
+    m->shape_tip = tip;
+    om_body_save(loop->twin, m->start);
+}
+
 OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin) {
     OmModulus* m = loop->modulus;
     if (!m) return OM_OK;
     OM_TRY(take_step(loop));
     const int arm = only_arm(loop->twin);
     if (!om_body_is_holding(loop->twin, 0) && !om_body_is_holding(loop->twin, 1)) {
-        m->is_spent = false;
+        m->is_spent = m->is_shape_due = false;
         m->arm = -1;
         return OM_OK;
     }
     const bool is_adopting = loop->adoption && om_match_adoption_is_active(loop->adoption);
-    if (arm < 0 || is_adopting || m->nstep > 0 || (m->arm >= 0 && arm != m->arm))
-        m->is_spent = true;
-    if (m->is_spent || !obs->arm[arm].has_wrench) return OM_OK;
-    if (om__cloud_draw_time(loop, arm) > 0) return OM_OK;
-    if (m->arm < 0) {
-        m->arm = arm;
-        m->n = m->begin = 0;
-        m->last = NAN;
-        om_body_save(loop->twin, m->start);
-        return OM_OK;
-    }
-    if (m->n == MAX_TICK) {
-        m->is_spent = true;
-        return OM_OK;
-    }
+    if (arm < 0 || is_adopting || (m->arm >= 0 && arm != m->arm)) m->is_spent = true;
+    if (m->nstep > 0 && !m->def.by_shape) m->is_spent = true;
+    if (m->is_spent || om__cloud_draw_time(loop, arm) > 0) return OM_OK;
+    if (!obs->arm[arm].has_wrench && !m->def.by_shape) return OM_OK;
     OmPose tip = om__twin_pose(loop, arm, obs->arm[arm].tip);
-    m->tick[m->n++] = (Tick){tip, om_scale(-1, obs->arm[arm].force), twin->grasp[arm]};
+    tip.p = om_add(tip.p, om_add(loop->arm[arm].twin_off, loop->arm[arm].aside));
+    if (m->arm < 0) {
+        begin_record(loop, arm, tip.p);
+    } else if (m->n == OM_MODULUS_MAX_TICK) {
+        m->is_spent = true;
+    } else {
+        m->tick[m->n++] = (ModulusTick){.tip = tip,
+                                        .measured = om_scale(-1, obs->arm[arm].force),
+                                        .twin = twin->grasp[arm],
+                                        .has_force = obs->arm[arm].has_wrench};
+    }
     return OM_OK;
+}
+
+OmStatus om__modulus_tell_match(const OmLoop* loop) {
+    const OmModulus* m = loop->modulus;
+    return m && m->def.match ? om_match_set_young(m->def.match, m->factor) : OM_OK;
 }
 
 void om__modulus_drop(OmLoop* loop) {
@@ -175,19 +194,28 @@ void om__modulus_drop(OmLoop* loop) {
 
 // ---- estimates ----------------------------------------------------------------------------------------------------
 
-static OmStatus repeat(OmModulus* m, double dt) {
-    for (int k = 0; k < 2; ++k) {
-        OmBodyReport report;
-        OmBodyForces forces;
-        om_body_restore(m->other[k], m->start);
-        for (int i = 0; i < m->n; ++i) {
-            OM_TRY(om_body_move(m->other[k], m->arm, m->tick[i].tip));
-            OmStatus status = om_body_step(m->other[k], dt, &report);
-            if (status < 0) return status;
-            OM_TRY(om_body_get_forces(m->other[k], &forces));
-            m->load[k][i] = forces.grasp[m->arm];
-        }
+OmStatus om__modulus_repeat_in(const OmModulus* m, OmBody* body, OmVec3 aside, double dt,
+                               OmVec3* load) {
+    OmBodyReport report;
+    OmBodyForces forces;
+    om_body_restore(body, m->start);
+    for (int i = 0; i < m->n; ++i) {
+        OmPose tip = m->tick[i].tip;
+        tip.p = om_add(tip.p, aside);
+        OM_TRY(om_body_move(body, m->arm, tip));
+        OmStatus status = om_body_step(body, dt, &report);
+        if (status < 0) return status;
+        if (!load) continue;
+        OM_TRY(om_body_get_forces(body, &forces));
+        load[i] = forces.grasp[m->arm];
     }
+    return OM_OK;
+}
+
+OmStatus om__modulus_repeat(OmModulus* m, double dt) {
+    for (int k = 0; k < 2; ++k)
+        OM_TRY(om__modulus_repeat_in(m, m->other[k], om_vec3(0, 0, 0), dt,
+                                     m->def.by_force ? m->load[k] : NULL));
     return OM_OK;
 }
 
@@ -233,28 +261,37 @@ static double estimate(const OmModulus* m) {
     return left > MAX_LEFT * before || fabs(best) > RANGE - 0.03 ? (double)NAN : best;
 }
 
-static void adopt(OmLoop* loop, double u) {
+void om__modulus_adopt(OmLoop* loop, double u, bool by_shape) {
     OmModulus* m = loop->modulus;
     m->target = fmax(1 / MAX_FACTOR, fmin(MAX_FACTOR, m->factor * exp2(u)));
     m->nstep = NSTEP;
     m->step_due = loop->time;
-    m->is_spent = true;
+    if (m->def.by_force) m->is_spent = true;  // the record has loads of the modulus before
     ++loop->result.nmodulus;
+    loop->result.is_modulus_by_shape = by_shape;
     loop->result.young_factor = m->target;
     om__loop_forget_exposure(loop);
+}
+
+// A stretch whose loads are all measured.
+static bool has_forces(const OmModulus* m) {
+    for (int i = m->begin; i < m->n; ++i)
+        if (!m->tick[i].has_force) return false;
+    return m->def.by_force;
 }
 
 OmStatus om__modulus_learn(OmLoop* loop) {
     OmModulus* m = loop->modulus;
     if (!m || m->arm < 0 || m->is_spent || m->n - m->begin < MIN_TICK) return OM_OK;
+    if (m->def.by_shape) om__modulus_note_pull(loop);
     const double way = om_distance(m->tick[m->n - 1].tip.p, m->tick[m->begin].tip.p);
-    if (way < MIN_WAY) return OM_OK;
-    OmStatus status = repeat(m, loop->task.time_step);
+    if (way < OM_MODULUS_MIN_WAY || !has_forces(m)) return OM_OK;
+    OmStatus status = om__modulus_repeat(m, loop->task.time_step);
     if (status < 0) return status;
     loop->has_lag_origin = false;  // the arms stood still meanwhile
     const double u = loop->warning > 0 ? (double)NAN : estimate(m), last = m->last;
     m->last = u;
     m->begin = m->n;
-    if (fabs(u - last) < SAME) adopt(loop, 0.5 * (u + last));
+    if (fabs(u - last) < SAME) om__modulus_adopt(loop, 0.5 * (u + last), false);
     return OM_OK;
 }

@@ -57,6 +57,7 @@ struct OmMonitor {
     double period;     // of the last frame, counted from time 0
     double good_time;  // s, of the last frame that was neither stale nor blind, or of the first
     double rest_sum;
+    double mean_sum;  // of mean distances before the first grasp
     OmMonitorFrame last;
 };
 
@@ -188,7 +189,7 @@ const OmSceneMonitor* om_monitor_settings(const OmMonitor* m) { return &m->def.s
 
 void om_monitor_reset(OmMonitor* m) {
     m->has_begun = m->has_grasped = false;
-    m->rest_sum = 0;
+    m->rest_sum = m->mean_sum = 0;
     m->last = (OmMonitorFrame){0};
 }
 
@@ -353,14 +354,17 @@ static double find_apart(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) 
     return fmax(0, om_dot(lift, om_normalize(om_cross(ab, ac))));
 }
 
-// The distances of all points, or of the points that moved; returns how many. *part: see OmMonitorFrame.
-static int find_distances(OmMonitor* m, int npoint, bool is_moved_only, double* part) {
+// The distances of all points, or of the points that moved; returns how many. *part: see OmMonitorFrame. *mean: of all.
+static int find_distances(OmMonitor* m, int npoint, bool is_moved_only, double* part,
+                          double* mean) {
     int n = 0;
+    *mean = 0;
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
         OmVec3 p = om_load3(m->x, i);
         om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
         m->apart[i] = find_apart(m, p, &q);
+        *mean += q.distance / npoint;
         if (!is_moved_only || has_moved(m, p, &q)) m->distance[n++] = q.distance;
     }
     om_sort_doubles(m->apart, npoint);
@@ -414,15 +418,18 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
     const OmSceneMonitor* settings = &m->def.settings;
     bool is_moved_only = has_grasped && settings->region == OM_MONITOR_MOVED;
-    int n = find_distances(m, f->npoint, is_moved_only, &f->part);
+    double mean;
+    int n = find_distances(m, f->npoint, is_moved_only, &f->part, &mean);
     f->nmoved = is_moved_only ? n : 0;
     bool is_enough = !is_moved_only || n >= MIN_MOVED;
     f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;
     if (!has_grasped) {
         m->rest_sum += f->distance;
+        m->mean_sum += mean;
         f->rest = m->rest_sum / ++f->nrest;
         keep_rest(m);
     }
+    f->mean = f->nrest > 0 ? mean - m->mean_sum / f->nrest : mean;
     f->mu = f->distance - f->rest;
     f->state = has_grasped ? om_monitor_next_state(settings, f->state, f->mu) : 0;
 }
@@ -452,3 +459,20 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     m->last = *frame = f;
     return OM_OK;
 }
+
+OmStatus om_monitor_try(OmMonitor* m, const OmObservation* obs, const double* x_twin,
+                        OmMonitorFrame* frame) {
+    *frame = (OmMonitorFrame){0};
+    OM_TRY(check_input(m, obs, x_twin));
+    int npoint, nvisible;
+    OM_TRY(compare(m, obs, x_twin, &npoint, &nvisible));
+    OmMonitorFrame f = m->last;
+    f.npoint = npoint;
+    f.state = 0;
+    f.is_blind = npoint < OM_MONITOR_MIN_POINT || nvisible == 0;
+    if (!f.is_blind) judge(m, true, &f);
+    *frame = f;
+    return OM_OK;
+}
+
+void om_monitor_set_state(OmMonitor* m, int state) { m->last.state = state; }

@@ -181,8 +181,9 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
         OM_TRY(om_ahead_create(&ahead, s->twin, &s->ahead));
         loop.ahead = s->ahead;
     }
-    if (def->scene->update.learns_modulus) {
-        const OmModulusDef modulus = om_modulus_default_def(def->scene, &s->twin_site);
+    if (def->scene->update.learns_modulus || def->scene->update.learns_modulus_by_shape) {
+        OmModulusDef modulus = om_modulus_default_def(def->scene, &s->twin_site);
+        modulus.match = s->match;
         OM_TRY(om_modulus_create(&modulus, &s->modulus));
         loop.modulus = s->modulus;
     }

@@ -116,8 +116,22 @@ static void judge_part(OmLoop* loop) {
                                : 0;
 }
 
+// The same picture, after the twin has taken over another shape. The state does not rise.
+static OmStatus judge_again(OmLoop* loop, const OmObservation* obs, int state, int part_state) {
+    om_monitor_set_state(loop->monitor, state);
+    loop->part_state = part_state;
+    OM_TRY(om_monitor_frame(loop->monitor, obs, om_body_x(loop->twin), loop->has_grasped,
+                            &loop->frame));
+    judge_part(loop);
+    if (loop->frame.state > state) om_monitor_set_state(loop->monitor, loop->frame.state = state);
+    if (loop->part_state > part_state) loop->part_state = part_state;
+    loop->warning = is_holding(loop) ? imax(loop->frame.state, loop->part_state) : 0;
+    return OM_OK;
+}
+
 OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
     OmRetractResult* r = &loop->result;
+    const int state_before = loop->frame.state;
     OM_TRY(om_monitor_frame(loop->monitor, obs, om_body_x(loop->twin), loop->has_grasped,
                             &loop->frame));
     if (loop->frame.is_stale)
@@ -127,9 +141,14 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
         om__loop_alarm(loop, OM_HOLD_STALE,
                        "the depth camera has shown no tissue to compare with the twin for %.2f s",
                        loop->frame.unseen);
-    const int was = loop->warning;
+    const int was = loop->warning, was_state = state_before, was_part = loop->part_state;
     judge_part(loop);
     loop->warning = is_holding(loop) ? imax(loop->frame.state, loop->part_state) : 0;
+    if (loop->warning > was) {
+        bool is_explained;
+        OM_TRY(om__explain(loop, obs, &is_explained));
+        if (is_explained) OM_TRY(judge_again(loop, obs, was_state, was_part));
+    }
     for (int s = was + 1; s <= loop->warning; ++s) ++r->nwarning[s - 1];
     ++r->nmonitor;
     if (is_holding(loop)) r->mu_max = fmax(r->mu_max, loop->frame.mu);
@@ -144,6 +163,7 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
                        "limit: the twin does not describe this tissue",
                        1e3 * loop->frame.mu, 1e3 * loop->monitor_settings.limit[2]);
     OM_TRY(measure_update(loop, false));
+    OM_TRY(om__modulus_frame(loop, obs));
     return was == loop->warning ? OM_OK : om__loop_notify_warning(loop, was);
 }
 

@@ -109,12 +109,15 @@ done:
     return status;
 }
 
-static OmStatus make_solids(OmMatch* m) {
+static OmStatus make_solids(const OmMatch* m, double young, OmFemSolid** solid,
+                            OmFemSolid** projected) {
     const OmSite* site = m->def.site;
     OmFemMesh mesh;
     OmBodyParts parts;
     OmTissueDef tissue;
     OM_TRY(om_body_make_tissue_def(m->def.scene, site, &parts, &tissue));
+    tissue.material_default.young *= young;
+    for (int k = 0; k < tissue.nmaterial; ++k) parts.material[k].young *= young;
     OM_TRY(om_fem_mesh_from_tet(&site->mesh, OM_TET4, &mesh));
     int n = tissue.nmaterial > 0 ? tissue.nmaterial : 1;
     for (int e = 0; e < mesh.nelem && tissue.nmaterial == 0; ++e) mesh.elem_material[e] = 0;
@@ -122,9 +125,9 @@ static OmStatus make_solids(OmMatch* m) {
         &mesh, n, tissue.nmaterial > 0 ? tissue.material : &tissue.material_default);
     def.density = tissue.material_density ? tissue.material_density : &tissue.density;
     def.nworker = m->def.nworker;
-    OmStatus status = om_fem_create(&def, &m->solid);
+    OmStatus status = om_fem_create(&def, solid);
     def.is_projected = true;
-    if (status >= 0) status = om_fem_create(&def, &m->projected);
+    if (status >= 0) status = om_fem_create(&def, projected);
     om_fem_mesh_done(&mesh);
     return status;
 }
@@ -148,7 +151,8 @@ static OmStatus make_solver(OmMatch* m) {
 static OmStatus make(OmMatch* m) {
     OM_TRY(make_surface(m));
     OM_TRY(make_candidates(m));
-    OM_TRY(make_solids(m));
+    m->young = 1;
+    OM_TRY(make_solids(m, 1, &m->solid, &m->projected));
     OM_TRY(make_solver(m));
     double young = om_site_get_material(m->def.site, 0).young;
     if (m->def.foundation == 0) m->def.foundation = FOUNDATION * young / m->view.edge;
@@ -198,6 +202,26 @@ void om_match_destroy(OmMatch* m) {
     om_free(m->y);
     om_free(m->hypothesis);
     om_free(m);
+}
+
+OmStatus om_match_set_young(OmMatch* m, double factor) {
+    OmFemSolid *solid = NULL, *projected = NULL;
+    OM_CHECK(factor > 0 && isfinite(factor), OM_INVALID,
+             "match: the factor of Young's modulus is %g; it must be above 0", factor);
+    if (factor == m->young) return OM_OK;
+    OmStatus status = make_solids(m, factor, &solid, &projected);
+    if (status < 0) {
+        om_fem_destroy(solid);
+        om_fem_destroy(projected);
+        return status;
+    }
+    om_fem_destroy(m->solid);
+    om_fem_destroy(m->projected);
+    m->solid = solid;
+    m->projected = projected;
+    m->young = factor;
+    m->has_factors = false;
+    return OM_OK;
 }
 
 const OmMatchView* om_match_view(const OmMatch* match) { return &match->view; }

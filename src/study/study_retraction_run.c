@@ -17,7 +17,7 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 13
+#define METHOD 14
 #define METHOD_FRAS 5
 #define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m
@@ -86,6 +86,8 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
     scene->update.is_enabled = row != OM_RETRACTION_NO_LEARNING;
     if (row != OM_RETRACTION_NO_NETWORK)
         snprintf(scene->update.network, sizeof scene->update.network, "installed");
+    scene->update.learns_modulus_by_shape =
+        row != OM_RETRACTION_NO_LEARNING && row != OM_RETRACTION_NO_MONITOR;
     scene->update.is_checked = row != OM_RETRACTION_NO_CHECK;
     scene->task.ahead = row == OM_RETRACTION_NO_AHEAD ? 0 : 3;
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;

@@ -1,0 +1,100 @@
+// defras_explain.c: is a deviation due to wrong attachments, or to what else the twin does not know? (ours)
+//
+// Before a warning state rises, the motion since the grasp is repeated in twins with the present attachments and other
+// values of what else is uncertain: a rougher ground, tools 1.7 mm beside their measured places (6.5.3), half and twice
+// the modulus. If the picture agrees with one of them, attachments are not the cause. The twin then takes over the
+// shape of the best one and the place of its tools, and no warning rises. A fold that tips over at another moment than
+// in the twin is explained in this way; a fold held by attachments that the twin does not have is not.
+#include "defras/defras_modulus_internal.h"
+
+#define MIN_TICK 10   // of a record
+#define ASIDE 0.0012  // m along both axes of the ground
+#define AGREES 0.9    // of the limit of state 1
+#define LASTS \
+    0.3  // s after an explanation without another check, while mu is below the limit of state 2
+#define MAX_CHECK 3  // of a grasp; one that explains nothing is the last
+
+typedef struct Change {
+    OmBody* body;
+    OmVec3 aside;  // task frame, m
+} Change;
+
+// The distance that raises a warning, over its limit.
+static double score_of(const OmLoop* loop, const OmMonitorFrame* f) {
+    const OmSceneMonitor* s = &loop->monitor_settings;
+    const double mu = f->mu / s->limit[0], part = f->part - loop->part_rest;
+    return loop->part_state > 0 ? fmax(mu, part / s->part_limit[0]) : mu;
+}
+
+// Repeat in n changed twins; keep the best one so far.
+static OmStatus try_all(OmLoop* loop, const OmObservation* obs, const Change* change, int n,
+                        Change* best, double* score) {
+    for (int k = 0; k < n; ++k) {
+        OmMonitorFrame f;
+        const OmVec3 aside = om_quat_rotate(loop->grid.task.q, change[k].aside);
+        OM_TRY(om__modulus_repeat_in(loop->modulus, change[k].body, aside, loop->task.time_step,
+                                     NULL));
+        OM_TRY(om_monitor_try(loop->monitor, obs, om_body_x(change[k].body), &f));
+        const double s = f.is_blind ? HUGE_VAL : score_of(loop, &f);
+        om_log(OM_LOG_INFO, "explain %d: mu %.2f mm, part %.2f mm", k, 1e3 * f.mu, 1e3 * f.part);
+        if (s < *score) *score = s, *best = change[k];
+    }
+    return OM_OK;
+}
+
+// One change at a time; then the best one together with others.
+static OmStatus find_best(OmLoop* loop, const OmObservation* obs, Change* best, double* score) {
+    const OmModulus* m = loop->modulus;
+    const Change one[] = {{m->rough, {0, 0, 0}},          {m->same, {ASIDE, ASIDE, 0}},
+                          {m->same, {-ASIDE, ASIDE, 0}},  {m->same, {ASIDE, -ASIDE, 0}},
+                          {m->same, {-ASIDE, -ASIDE, 0}}, {m->other[0], {0, 0, 0}},
+                          {m->other[1], {0, 0, 0}}};
+    *score = HUGE_VAL;
+    OM_TRY(try_all(loop, obs, one, sizeof one / sizeof *one, best, score));
+    if (*score < AGREES || !best->body) return OM_OK;
+    const OmVec3 aside = best->aside;
+    OmBody* body = best->body;
+    const Change beside[] = {{m->rough, aside}, {m->other[0], aside}, {m->other[1], aside}};
+    const Change moved[] = {{body, {ASIDE, ASIDE, 0}},
+                            {body, {-ASIDE, ASIDE, 0}},
+                            {body, {ASIDE, -ASIDE, 0}},
+                            {body, {-ASIDE, -ASIDE, 0}}};
+    return om_norm(aside) > 0 ? try_all(loop, obs, beside, 3, best, score)
+                              : try_all(loop, obs, moved, 4, best, score);
+}
+
+// The tools of the record and of the twin stay aside. `same` has the last change: the best one is repeated.
+static OmStatus take_over(OmLoop* loop, const Change* c) {
+    OmModulus* m = loop->modulus;
+    const OmVec3 aside = om_quat_rotate(loop->grid.task.q, c->aside);
+    OM_TRY(om__modulus_repeat_in(m, c->body, aside, loop->task.time_step, NULL));
+    for (int i = 0; i < m->n; ++i) m->tick[i].tip.p = om_add(m->tick[i].tip.p, aside);
+    loop->arm[m->arm].aside = om_add(loop->arm[m->arm].aside, aside);
+    om_body_save(c->body, m->now);
+    om_body_restore(loop->twin, m->now);
+    om__force_reset(loop);
+    loop->explain_time = loop->time;
+    ++loop->result.nexplained;
+    return OM_OK;
+}
+
+OmStatus om__explain(OmLoop* loop, const OmObservation* obs, bool* is_explained) {
+    OmModulus* m = loop->modulus;
+    *is_explained = false;
+    if (!m || !m->def.by_shape || m->arm < 0 || m->is_spent || m->nstep > 0 || m->n < MIN_TICK)
+        return OM_OK;
+    // The twin was right a moment ago: the picture changes fast, and one check after the other costs time.
+    if (loop->time - loop->explain_time < LASTS &&
+        loop->frame.mu < loop->monitor_settings.limit[1]) {
+        *is_explained = true;
+        return OM_OK;
+    }
+    if (m->ncheck >= MAX_CHECK) return OM_OK;
+    Change best = {NULL, {0, 0, 0}};
+    double score;
+    OM_TRY(find_best(loop, obs, &best, &score));
+    loop->has_lag_origin = false;  // the arms stood still meanwhile
+    *is_explained = score < AGREES;
+    m->ncheck = *is_explained ? m->ncheck + 1 : MAX_CHECK;
+    return *is_explained ? take_over(loop, &best) : OM_OK;
+}
