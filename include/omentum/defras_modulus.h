@@ -4,11 +4,11 @@
 /// its modulus that repeat the motion since the grasp; the modulus that agrees best is taken over
 /// (defras_modulus_shape.c).
 ///
-/// By force: where the arms measure force, the load on held tissue is compared with the twin's at the same motion of the tool.
-/// Where they disagree, the motion since the grasp is repeated in two bodies of half and of twice the twin's modulus,
-/// and the modulus that explains the measured load is found between them. Two successive stretches of motion must
-/// agree. The twin then takes it over within 0.5 s. The effect of wrong attachments on a load is not that of one
-/// modulus in both stretches, and is refused (defras_modulus.c).
+/// By force: where the arms measure force, the load on held tissue is compared with the twin's at the same motion of
+/// the tool, and with that of both bodies. Two successive stretches of motion must agree. The effect of wrong
+/// attachments on a load is not that of one modulus in both stretches, and is refused (defras_modulus.c).
+///
+/// The twin takes the modulus over within 0.5 s.
 ///
 ///     OmModulusDef def = om_modulus_default_def(&scene, &twin_site);
 ///     OmModulus* modulus;   om_modulus_create(&def, &modulus);

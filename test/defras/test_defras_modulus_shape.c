@@ -14,7 +14,7 @@ typedef struct Truth {
     bool is_wrong;    // the twin does not know of the attachment
     bool learns;
     double limit;  // m, of state 1; 0: 2 mm
-    OmVec3 aside;  // m, of the tools in the truth
+    int naction;   // at most; 0: 8
 } Truth;
 
 // World and twin have the same mesh: what Truth says is their only difference.
@@ -24,12 +24,13 @@ static void rig_create_same(Rig* g, const Truth* t) {
     scene.tissue.cells = om_vec3(10, 10, 1);
     scene.tissue.friction = 0.1;
     scene.tissue.young = 2000;
-    scene.attach.lo.x = 0.02;
+    scene.attach.lo.x = t->is_wrong ? -0.021 : 0.02;
     scene.task.speed = 0.02;
-    scene.task.max_actions = 8;
+    scene.task.max_actions = t->naction > 0 ? t->naction : 8;
     scene.world.has_depth_noise = false;
     scene.rgbd.width = 160, scene.rgbd.height = 120;
     scene.monitor.rate = 10;
+    scene.monitor.region = OM_MONITOR_MOVED;
     if (t->limit > 0) {
         scene.monitor.limit[0] = t->limit;
         scene.monitor.hysteresis = 0.2 * t->limit;
@@ -103,8 +104,60 @@ static void test_nothing_is_learnt_without_need(void** state) {
     om_retract_result_done(&r);
 }
 
+// In the first pull, before a modulus is learnt, the body of twice the modulus explains a truth of twice the modulus.
+// Once learnt, the modulus keeps mu below a limit that it exceeds otherwise.
+static void test_another_modulus_is_explained(void** state) {
+    (void)state;
+    OmRetractResult r =
+        run(&(Truth){.young = 2, .friction = 0.1, .learns = true, .limit = 4e-4, .naction = 4});
+    assert_true(r.nexplained >= 1);
+    om_retract_result_done(&r);
+    for (int learns = 0; learns < 2; ++learns) {
+        r = run(
+            &(Truth){.young = 2, .friction = 0.1, .learns = learns, .limit = 1.5e-3, .naction = 4});
+        assert_int_equal(r.nwarning[0], learns ? 0 : 1);
+        om_retract_result_done(&r);
+    }
+}
+
+// An attachment that the twin does not know of is explained by none of them: the warning rises as without.
+static void test_an_attachment_is_not_explained(void** state) {
+    (void)state;
+    for (int learns = 0; learns < 2; ++learns) {
+        OmRetractResult r = run(&(Truth){.young = 1,
+                                         .friction = 0.1,
+                                         .is_wrong = true,
+                                         .learns = learns,
+                                         .limit = 2e-4,
+                                         .naction = 4});
+        assert_int_equal(r.nexplained, 0);
+        assert_int_equal(r.nwarning[0], 1);
+        om_retract_result_done(&r);
+    }
+}
+
+static OmStatus make_modulus(void* ctx) {
+    const Rig* g = ctx;
+    OmModulus* modulus;
+    const OmModulusDef def = om_modulus_default_def(&g->scene, &g->twin_site);
+    OM_TRY(om_modulus_create(&def, &modulus));
+    om_modulus_destroy(modulus);
+    return OM_OK;
+}
+
+static void test_no_memory(void** state) {
+    (void)state;
+    Rig g;
+    rig_create_same(&g, &(Truth){.young = 1, .friction = 0.1});
+    printf("%d allocations failed\n", test_failing_allocations(make_modulus, &g, 1));
+    rig_destroy(&g);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_the_modulus_is_found),
-                                       cmocka_unit_test(test_nothing_is_learnt_without_need)};
+                                       cmocka_unit_test(test_nothing_is_learnt_without_need),
+                                       cmocka_unit_test(test_another_modulus_is_explained),
+                                       cmocka_unit_test(test_an_attachment_is_not_explained),
+                                       cmocka_unit_test(test_no_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
