@@ -29,6 +29,7 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"kidney_label", COUNT, AT(kidney_label), 1, 0, 65535},
                                 {"tumour_x_mm", NUMBER, AT(tumour_x), 1e-3, -50, 50},
                                 {"tumour_y_mm", NUMBER, AT(tumour_y), 1e-3, -50, 50},
+                                {"goal_mm", NUMBER, AT(goal_along), 1e-3, 0, 90},
                                 {"max_step", COUNT, AT(max_step), 1, 1, 1e9},
                                 {"hold", COUNT, AT(hold), 1, 1, 1e6},
                                 {"fixed_horizon", FLAG, AT(has_fixed_horizon), 1, 0, 1},
