@@ -5796,7 +5796,7 @@ class OmRlRetractDef(Struct):
     OmCamera endoscope;
     // of render and of the observation, 8 to 1024; default 84 x 84
     int picture_width, picture_height;
-    // of the grasping place of reward (b) from the fixed side, on the middle line; default 65 mm
+    // of the grasping place of reward (b) from the fixed side, on the middle line; default 75 mm
     double goal_along;
     // ---- episodes
     int max_step;            // default 2500

@@ -34,7 +34,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
         .instrument = OM_LARGE_NEEDLE_DRIVER,
         .picture_width = 84,
         .picture_height = 84,
-        .goal_along = 0.065,
+        .goal_along = 0.075,
         .max_step = 2500,
         .hold = 10,
         .repeat = 1,

@@ -208,7 +208,7 @@ static void test_our_reward(void** state) {
         sum += reward;
     }
     assert_true(is_end);
-    double off = hypot(s->now.along - 0.065, s->now.across) / 0.03, e = s->now.exposure;
+    double off = hypot(s->now.along - 0.075, s->now.across) / 0.03, e = s->now.exposure;
     double last = 1 + 2 * fmax(0, 1 - off) + 2 * e - om_distance(s->now.tip, t->def.target) / 0.1;
     assert_near(sum, last - first - 0.002 * n + 2 * e, 1e-9);
     // the judge's exposure is of a picture, that of the reward is of points
