@@ -90,6 +90,7 @@ typedef struct OmRlEval {  // om_rl_eval_done frees
     double* score;   // the task's score; the return where the task names none (nepisode)
     int* length;     // steps (nepisode)
     bool* is_ended;  // the task ended the episode, not the limit of steps (nepisode)
+    double* info;    // the task's infos at the end of each episode (nepisode x ninfo of the task)
     double mean_return, mean_score, min_score, mean_length;
 } OmRlEval;
 

@@ -5718,6 +5718,7 @@ class OmRlEval(Struct):
     double* score;   // the task's score; the return where the task names none (nepisode)
     int* length;     // steps (nepisode)
     bool* is_ended;  // the task ended the episode, not the limit of steps (nepisode)
+    double* info;    // the task's infos at the end of each episode (nepisode x ninfo of the task)
     double mean_return, mean_score, min_score, mean_length;
 } OmRlEval;"""
     nepisode: int
@@ -5725,6 +5726,7 @@ class OmRlEval(Struct):
     score: Any
     length: Any
     is_ended: Any
+    info: Any
     mean_return: float
     mean_score: float
     min_score: float
@@ -7202,7 +7204,7 @@ complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c
 complete(OmRlDemos, [("task", c_char * 32), ("meaning", c_char * 160), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("ndemo", c_int), ("nstep", c_int), ("adr", c_void_p), ("obs", c_void_p), ("action", c_void_p), ("reward", c_void_p), ("score", c_void_p)], {})
 complete(OmRlDriveNow, [("episode", c_int), ("nstep", c_int), ("sum", c_double), ("is_over", c_bool), ("is_terminated", c_bool)], {})
 complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("nlayer", c_int), ("width", c_int), ("activation", c_int), ("picture_width", c_int), ("picture_height", c_int), ("seed", c_uint64)], {"activation": OmActivation})
-complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
+complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("info", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_drawn", c_bool), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
 complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("still", c_int), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("nvariant", c_int), ("vary_thickness", c_double), ("vary_softness", c_double), ("vary_kidney", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})

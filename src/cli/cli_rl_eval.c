@@ -27,12 +27,21 @@ static const OmCliKey result_key[] = {
     {"lowest_score", "lowest score"},   {"steps", "mean number of steps"},
 };
 
-static OmStatus save_table(const OmRlEval* e, const char* path) {
+static OmStatus print_table(const OmRlTask* task, const OmRlEval* e, OmText* text) {
+    OM_TRY(om_text_append(text, "episode,return,score,steps,ended"));
+    for (int k = 0; k < task->ninfo; ++k) OM_TRY(om_text_append(text, ",%s", task->info_name[k]));
+    for (int i = 0; i < e->nepisode; ++i) {
+        OM_TRY(om_text_append(text, "\n%d,%.9g,%.9g,%d,%d", i, e->ret[i], e->score[i], e->length[i],
+                              e->is_ended[i]));
+        for (int k = 0; k < task->ninfo; ++k)
+            OM_TRY(om_text_append(text, ",%.9g", e->info[(ptrdiff_t)i * task->ninfo + k]));
+    }
+    return om_text_append(text, "\n");
+}
+
+static OmStatus save_table(const OmRlTask* task, const OmRlEval* e, const char* path) {
     OmText text = {0};
-    OmStatus status = om_text_append(&text, "episode,return,score,steps,ended\n");
-    for (int i = 0; i < e->nepisode && status >= 0; ++i)
-        status = om_text_append(&text, "%d,%.9g,%.9g,%d,%d\n", i, e->ret[i], e->score[i],
-                                e->length[i], e->is_ended[i]);
+    OmStatus status = print_table(task, e, &text);
     if (status >= 0) status = om_text_seal(&text);
     if (status >= 0) status = om_file_check_ours(path, NULL);
     if (status >= 0) status = om_file_write(path, text.str, text.len);
@@ -67,7 +76,8 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     def.is_expert = om_cli_get(args, "--expert") != NULL;
     OM_TRY_DONE(om_rl_eval_run(&def, om_cli_progress(om_cli_get(args, "--quiet") != NULL), &e));
     om_cli_progress_done();
-    if (om_cli_get(args, "--output")) OM_TRY_DONE(save_table(&e, om_cli_get(args, "--output")));
+    if (om_cli_get(args, "--output"))
+        OM_TRY_DONE(save_table(task, &e, om_cli_get(args, "--output")));
     om_cli_figure("episodes", e.nepisode);
     om_cli_figure("return", e.mean_return);
     om_cli_figure("score", e.mean_score);

@@ -18,6 +18,7 @@ void om_rl_eval_done(OmRlEval* e) {
     om_free(e->score);
     om_free(e->length);
     om_free(e->is_ended);
+    om_free(e->info);
     *e = (OmRlEval){0};
 }
 
@@ -114,6 +115,8 @@ static OmStatus run(Running* r, const OmProgress* progress, OmRlEval* e) {
             e->length[i] = r->length[i];
             e->is_ended[i] = r->is_terminated[i];
             e->score[i] = score < 0 ? r->sum[i] : r->info[(ptrdiff_t)i * task->ninfo + score];
+            for (int k = 0; k < task->ninfo; ++k)
+                e->info[(ptrdiff_t)i * task->ninfo + k] = r->info[(ptrdiff_t)i * task->ninfo + k];
             r->is_done[i] = true;
             --left;
         }
@@ -135,6 +138,7 @@ OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRl
     OM_ALLOC_DONE(eval->score, n);
     OM_ALLOC_DONE(eval->length, n);
     OM_ALLOC_DONE(eval->is_ended, n);
+    OM_ALLOC_DONE(eval->info, (size_t)n * (size_t)def->task->ninfo + 1);
     OM_TRY_DONE(running_init(def, n, &r));
     OM_TRY_DONE(run(&r, progress, eval));
     eval->nepisode = n;

@@ -38,7 +38,7 @@ out ^27 episodes: reached 1\.00
 out ^others$
 $ head -2 table.csv
 exit 0
-out ^episode,return,score,steps,ended$
+out ^episode,return,score,steps,ended,reached$
 $ omentum rl eval -t cart-pole --random -q
 exit 1
 out ^100 episodes: return [0-9.]+, lowest

@@ -265,6 +265,8 @@ static void test_clone(void** state) {
     assert_ok(om_rl_eval_run(&how, NULL, &eval));
     printf("clone: reached %.3f, right %.3f\n", eval.mean_score, result.row[0].right_demo);
     assert_true(eval.mean_score > 0.9);
+    assert_int_equal(task->ninfo, 1);  // "reached", the score
+    for (int i = 0; i < eval.nepisode; ++i) assert_near(eval.info[i], eval.score[i], 0);
     assert_true(result.row[0].right_demo > 0.7);  // of the expert's components, 0.87 are not random
     om_rl_eval_done(&eval);
     om_rl_train_result_done(&result);
