@@ -96,8 +96,8 @@ static OmRetractResult run(const Truth* t) {
 // moduli stands for the distance: a quarter of the modulus is its error here.
 static void test_the_modulus_is_found(void** state) {
     (void)state;
-    static const double young[] = {0.4, 0.6, 1.8, 3};
-    for (int k = 0; k < 4; ++k) {
+    static const double young[] = {0.4, 3};
+    for (int k = 0; k < 2; ++k) {
         OmRetractResult r = run(&(Truth){.young = young[k], .friction = 0.1, .learns = true});
         assert_true(r.nmodulus >= 1);
         assert_near(r.young_factor, young[k], 0.25 * young[k]);
