@@ -18,8 +18,8 @@
 #define MIN_TICK 10   // of a record
 #define ASIDE 0.0012  // m along both axes of the ground
 #define AGREES 0.9    // of the limit of state 1
-#define LASTS \
-    0.3  // s after an explanation without another check, while mu is below the limit of state 2
+// s after an explanation without another check, while mu is below the limit of state 2
+#define LASTS 0.3
 #define MAX_CHECK 3  // of a grasp; one that explains nothing is the last
 
 typedef struct Change {
@@ -38,8 +38,10 @@ static OmStatus try_all(OmLoop* loop, const OmObservation* obs, const Change* ch
     for (int k = 0; k < n; ++k) {
         OmMonitorFrame f;
         const OmVec3 aside = om_quat_rotate(loop->grid.task.q, change[k].aside);
-        OM_TRY(om__modulus_repeat_in(loop->modulus, change[k].body, aside, loop->task.time_step,
-                                     NULL));
+        OmStatus status;
+        OM_TRY(status = om__modulus_repeat_in(loop->modulus, change[k].body, aside,
+                                              loop->task.time_step, NULL));
+        if (status != OM_OK) continue;
         OM_TRY(om_monitor_try(loop->monitor, obs, om_body_x(change[k].body), &f));
         const double s = f.is_blind ? HUGE_VAL : score_of(loop, &f);
         om_log(OM_LOG_INFO, "explain %d: mu %.2f mm, part %.2f mm", k, 1e3 * f.mu, 1e3 * f.part);

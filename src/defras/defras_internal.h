@@ -476,10 +476,11 @@ OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyFo
 OmStatus om__modulus_learn(OmLoop* loop);             // after an action that moved held tissue
 OmStatus om__modulus_tell_match(const OmLoop* loop);  // before an estimate starts
 OmStatus om__modulus_frame(OmLoop* loop, const OmObservation* obs);  // after a frame of the monitor
+void om__modulus_drop(OmLoop* loop);  // the twin's attachments change: the record says nothing
+
 // defras_explain.c: before a warning rises: is it explained by a twin with the same attachments? The twin then has its
 // shape.
 OmStatus om__explain(OmLoop* loop, const OmObservation* obs, bool* is_explained);
-void om__modulus_drop(OmLoop* loop);  // the twin's attachments change: the record says nothing
 
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);

@@ -198,25 +198,26 @@ OmStatus om__modulus_repeat_in(const OmModulus* m, OmBody* body, OmVec3 aside, d
                                OmVec3* load) {
     OmBodyReport report;
     OmBodyForces forces;
+    OmStatus status = OM_OK;
     om_body_restore(body, m->start);
     for (int i = 0; i < m->n; ++i) {
         OmPose tip = m->tick[i].tip;
         tip.p = om_add(tip.p, aside);
         OM_TRY(om_body_move(body, m->arm, tip));
-        OmStatus status = om_body_step(body, dt, &report);
-        if (status < 0) return status;
+        OM_TRY(status = om_body_step(body, dt, &report));
         if (!load) continue;
         OM_TRY(om_body_get_forces(body, &forces));
         load[i] = forces.grasp[m->arm];
     }
-    return OM_OK;
+    return status;
 }
 
 OmStatus om__modulus_repeat(OmModulus* m, double dt) {
+    OmStatus status[2];
     for (int k = 0; k < 2; ++k)
-        OM_TRY(om__modulus_repeat_in(m, m->other[k], om_vec3(0, 0, 0), dt,
-                                     m->def.by_force ? m->load[k] : NULL));
-    return OM_OK;
+        OM_TRY(status[k] = om__modulus_repeat_in(m, m->other[k], om_vec3(0, 0, 0), dt,
+                                                 m->def.by_force ? m->load[k] : NULL));
+    return status[0] != OM_OK ? status[0] : status[1];
 }
 
 // Mean square of measured less computed load over the stretch, N^2.

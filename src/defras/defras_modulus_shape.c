@@ -40,8 +40,8 @@ OmStatus om__modulus_frame(OmLoop* loop, const OmObservation* obs) {
     const OmMonitorFrame* now = &loop->frame;
     if (m->is_spent || now->is_stale || now->is_blind || now->mean < MIN_MEAN) return OM_OK;
     OmStatus status = om__modulus_repeat(m, loop->task.time_step);
-    if (status < 0) return status;
     loop->has_lag_origin = false;  // the arms stood still meanwhile
+    if (status != OM_OK) return status < 0 ? status : OM_OK;
     for (int k = 0; k < 2; ++k) {
         OM_TRY(om_monitor_try(loop->monitor, obs, om_body_x(m->other[k]), &f[k]));
         if (f[k].is_blind) return OM_OK;
