@@ -265,6 +265,7 @@ typedef struct OmProgressBar {
     FILE* out;
     bool is_terminal;
     double start_time, last_time;  // s, of the current stage
+    double last_done;              // of the last line
     char stage[64];
     int last_width;  // characters of the last line drawn
 } OmProgressBar;

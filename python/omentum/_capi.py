@@ -700,6 +700,7 @@ class OmProgressBar(Struct):
     FILE* out;
     bool is_terminal;
     double start_time, last_time;  // s, of the current stage
+    double last_done;              // of the last line
     char stage[64];
     int last_width;  // characters of the last line drawn
 } OmProgressBar;"""
@@ -707,6 +708,7 @@ class OmProgressBar(Struct):
     is_terminal: bool
     start_time: float
     last_time: float
+    last_done: float
     stage: str
     last_width: int
 
@@ -6980,7 +6982,7 @@ complete(OmAllocator, [("alloc", CFUNCTYPE(c_void_p, c_void_p, c_size_t, c_size_
 complete(OmArena, [("base", c_void_p), ("size", c_size_t), ("used", c_size_t), ("peak", c_size_t)], {})
 complete(OmRng, [("key", c_uint32 * 2), ("counter", c_uint32 * 4), ("out", c_uint32 * 4), ("used", c_int)], {})
 complete(OmProgress, [("report", CFUNCTYPE(c_bool, c_void_p, c_char_p, c_double, c_double)), ("ctx", c_void_p)], {})
-complete(OmProgressBar, [("out", c_void_p), ("is_terminal", c_bool), ("start_time", c_double), ("last_time", c_double), ("stage", c_char * 64), ("last_width", c_int)], {})
+complete(OmProgressBar, [("out", c_void_p), ("is_terminal", c_bool), ("start_time", c_double), ("last_time", c_double), ("last_done", c_double), ("stage", c_char * 64), ("last_width", c_int)], {})
 complete(OmText, [("str", c_char_p), ("len", c_size_t), ("cap", c_size_t)], {})
 complete(OmJson, [("text", POINTER(OmText)), ("status", c_int), ("depth", c_int), ("is_first", c_bool * 32)], {"status": OmStatus})
 complete(OmAtomicFile, [("path", c_char * 1024), ("temp", c_char * 1100), ("stream", c_void_p), ("lock", c_int)], {})

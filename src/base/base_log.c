@@ -7,6 +7,7 @@
 #include "omentum/base.h"
 
 #define PLAIN_PERIOD 5.0  // s between progress lines where the output is no terminal
+#define SAME_PERIOD 60.0  // s between two lines of a log with the same count
 #define BAR_PERIOD 0.1    // s between redraws on a terminal
 #define BAR_WIDTH 24
 
@@ -74,11 +75,14 @@ void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, do
         snprintf(bar->stage, sizeof bar->stage, "%s", stage);
         bar->start_time = now;
         bar->last_time = now;
+        bar->last_done = -1;
         if (!is_last) return;
     }
     if (!is_last && now - bar->last_time < (bar->is_terminal ? BAR_PERIOD : PLAIN_PERIOD)) return;
     if (is_last && !bar->is_terminal && now - bar->start_time < PLAIN_PERIOD) return;
+    if (!bar->is_terminal && done == bar->last_done && now - bar->last_time < SAME_PERIOD) return;
     bar->last_time = now;
+    bar->last_done = done;
     double elapsed = now - bar->start_time;
     double rate = elapsed > 0 ? done / elapsed : 0;
     double share = total > 0 ? done / total : 0;
