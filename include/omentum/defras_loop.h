@@ -250,8 +250,8 @@ typedef struct OmLoopDef {
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
-    // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
-    // om_body_create.
+    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees; by shape it also explains
+    // deviations of folds before a warning rises. Borrowed; default null. The twin must be of om_body_create.
     OmModulus* modulus;
     OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor

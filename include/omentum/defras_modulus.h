@@ -27,7 +27,8 @@ typedef struct OmModulusDef {
     OmCookie cookie;
     const OmScene* scene;  // borrowed until destroy
     const OmSite* site;    // of the twin; borrowed until destroy
-    OmMatch* match;  // of the loop's estimates, which take over the modulus; borrowed; null: none
+    // Computes the loop's estimates of attachments; it is given the learnt modulus before each. Borrowed; null: none.
+    OmMatch* match;
     // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
     bool by_force;
     // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,

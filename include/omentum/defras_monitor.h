@@ -74,6 +74,7 @@ typedef struct OmMonitorFrame {
 } OmMonitorFrame;
 
 #define OM_MONITOR_MIN_POINT 50
+#define OM_MONITOR_MIN_MOVED 30  // of OmMonitorFrame.nmoved
 
 typedef struct OmMonitor OmMonitor;
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)

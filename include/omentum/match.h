@@ -59,7 +59,8 @@ OM_API OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site)
 OM_API OmStatus om_match_create(const OmMatchDef* def, OmMatch** match);
 OM_API void om_match_destroy(OmMatch* match);
 /// Multiply the site's Young's modulus by `factor`, where it has been learnt that the tissue has another one; 1: the
-/// site's. Attachments, grasps and contact keep their stiffness. Not while an update runs.
+/// site's. Attachments, grasps, contact, and the springs that pull the twin onto a scan keep their stiffness. Not while
+/// an update runs.
 /// @return OM_OK; OM_INVALID (not above 0) or OM_NO_MEMORY: nothing has changed
 OM_API OmStatus om_match_set_young(OmMatch* match, double factor);
 

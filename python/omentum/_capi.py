@@ -69,6 +69,7 @@ OM_MAX_OGDEN = 4
 OM_MAX_PART = 16
 OM_MAX_POISSON = 0.4999
 OM_MAX_WORKER = 64
+OM_MONITOR_MIN_MOVED = 30
 OM_MONITOR_MIN_POINT = 50
 OM_NAME_LEN = 64
 OM_NET_NAME = 64
@@ -3726,7 +3727,8 @@ class OmModulusDef(Struct):
     OmCookie cookie;
     const OmScene* scene;  // borrowed until destroy
     const OmSite* site;    // of the twin; borrowed until destroy
-    OmMatch* match;  // of the loop's estimates, which take over the modulus; borrowed; null: none
+    // Computes the loop's estimates of attachments; it is given the learnt modulus before each. Borrowed; null: none.
+    OmMatch* match;
     // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
     bool by_force;
     // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,
@@ -4581,8 +4583,8 @@ class OmLoopDef(Struct):
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
-    // Learns the twin's Young's modulus where the arms measure force; borrowed; default null. The twin must be of
-    // om_body_create.
+    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees; by shape it also explains
+    // deviations of folds before a warning rises. Borrowed; default null. The twin must be of om_body_create.
     OmModulus* modulus;
     OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor

@@ -158,6 +158,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
         OM_CHECK(a->file, OM_IO, "%s cannot be written: %s", a->path, strerror(errno));
     }
     a->factor = 1;
+    a->nmodulus = a->nexplained = 0;
     OmJson json = begin_line(a, loop, "head");
     om_json_integer(&json, "format", 1);
     om_json_string(&json, "omentum", om_version());

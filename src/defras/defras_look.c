@@ -47,11 +47,14 @@ static OmStatus copy_attached(const OmLoop* loop, unsigned char** attached) {
 }
 
 static OmStatus take(const OmLoop* loop, const OmObservation* obs) {
-    OmQuat q[OM_MAX_ARM];
+    OmPose tip[OM_MAX_ARM];
     unsigned char* attached;
-    for (int a = 0; a < OM_MAX_ARM; ++a) q[a] = om__twin_pose(loop, a, obs->arm[a].tip).q;
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        tip[a] = om__twin_pose(loop, a, obs->arm[a].tip);
+        tip[a].p = om_add(tip[a].p, loop->arm[a].aside);
+    }
     OM_TRY(copy_attached(loop, &attached));
-    OmStatus status = om__updater_take(loop->updater, obs, loop->time, q, loop->twin, attached);
+    OmStatus status = om__updater_take(loop->updater, obs, loop->time, tip, loop->twin, attached);
     om_free(attached);
     return status;
 }

@@ -30,6 +30,7 @@
 #define SAME 0.4        // in log2: two estimates within a factor of 1.32
 #define RANGE 2.0       // in log2, of one estimate by force
 #define MAX_FACTOR 4.0  // of all, and 1 / MAX_FACTOR
+#define MIN_STEP 0.05   // in log2; a smaller change is none
 #define ROUGHER 0.1     // friction of the ground of OmModulus.rough, more than the twin's
 #define NSTEP 5         // in which the twin takes over a modulus
 #define STEP_TIME 0.1   // s, of each
@@ -57,7 +58,9 @@ static OmStatus set_others(OmModulus* m) {
 static OmStatus make_explaining(OmModulus* m) {
     OM_ALLOC(m->rough_scene, 1);
     *m->rough_scene = *m->def.scene;
-    m->rough_scene->tissue.friction = fmax(0, m->def.scene->tissue.friction) + ROUGHER;
+    // below 0: the engine's own, of particles 0.35
+    const double friction = m->def.scene->tissue.friction;
+    m->rough_scene->tissue.friction = fmin(10, (friction < 0 ? 0.35 : friction) + ROUGHER);
     OM_TRY(om_body_create(m->def.scene, m->def.site, 1, &m->same));
     return om_body_create(m->rough_scene, m->def.site, 1, &m->rough);
 }
@@ -185,7 +188,7 @@ OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyFo
 
 OmStatus om__modulus_tell_match(const OmLoop* loop) {
     const OmModulus* m = loop->modulus;
-    return m && m->def.match ? om_match_set_young(m->def.match, m->factor) : OM_OK;
+    return m && m->def.match ? om_match_set_young(m->def.match, m->target) : OM_OK;
 }
 
 void om__modulus_drop(OmLoop* loop) {
@@ -264,7 +267,9 @@ static double estimate(const OmModulus* m) {
 
 void om__modulus_adopt(OmLoop* loop, double u, bool by_shape) {
     OmModulus* m = loop->modulus;
-    m->target = fmax(1 / MAX_FACTOR, fmin(MAX_FACTOR, m->factor * exp2(u)));
+    const double target = fmax(1 / MAX_FACTOR, fmin(MAX_FACTOR, m->factor * exp2(u)));
+    if (fabs(log2(target / m->factor)) < MIN_STEP) return;  // it is at its bound
+    m->target = target;
     m->nstep = NSTEP;
     m->step_due = loop->time;
     if (m->def.by_force) m->is_spent = true;  // the record has loads of the modulus before

@@ -39,7 +39,7 @@ struct OmModulus {
 
 /// Repeat the record in a body, with tools moved by `aside` (world frame, m).
 /// @param load  out: N, of the tool at each tick; null: not computed
-/// @return OM_OK; OM_NOT_CONVERGED (so was the last step: the body's shape is not to be trusted); the errors of a step
+/// @return OM_OK; OM_NOT_CONVERGED (the last step did not converge: do not use the shape); the errors of a step
 OmStatus om__modulus_repeat_in(const OmModulus* modulus, OmBody* body, OmVec3 aside,
                                double time_step, OmVec3* load);
 /// Repeat the record in the bodies of half and of twice the modulus, from the twin's state after the grasp.

@@ -9,6 +9,9 @@
 // does not move the modulus. Only pulls that no fold of the same grasp precedes: folded tissue drags over the ground,
 // and friction changes its shape, too. Each pull corrects the estimate of the one before.
 //
+// A warning does not prevent an estimate: wrong attachments may pass for a wrong modulus, as in defras_modulus.c. What
+// remains of the distance then still raises the warnings that lead to new attachments.
+//
 // The mean, not the median of Alg. 5: most of a sheet lies still, and its distance does not depend on the modulus.
 #include "defras/defras_modulus_internal.h"
 
@@ -40,7 +43,6 @@ OmStatus om__modulus_frame(OmLoop* loop, const OmObservation* obs) {
     const OmMonitorFrame* now = &loop->frame;
     if (m->is_spent || now->is_stale || now->is_blind || now->mean < MIN_MEAN) return OM_OK;
     OmStatus status = om__modulus_repeat(m, loop->task.time_step);
-    loop->has_lag_origin = false;  // the arms stood still meanwhile
     if (status != OM_OK) return status < 0 ? status : OM_OK;
     for (int k = 0; k < 2; ++k) {
         OM_TRY(om_monitor_try(loop->monitor, obs, om_body_x(m->other[k]), &f[k]));

@@ -28,7 +28,6 @@
 #define R2_V 0.5698402909980532
 #define MIN_ANGLE 1e-4   // tangent, half the smallest field of the simulated camera
 #define MOVED 0.003      // m, of a point that moved
-#define MIN_MOVED 30     // points
 #define STILL 0.0025     // m, from the place before the grasp, of a point that lies still
 #define TICK_SLACK 1e-6  // frame periods; rounding of a clock that sums its steps
 
@@ -421,7 +420,7 @@ static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
     double mean;
     int n = find_distances(m, f->npoint, is_moved_only, &f->part, &mean);
     f->nmoved = is_moved_only ? n : 0;
-    bool is_enough = !is_moved_only || n >= MIN_MOVED;
+    bool is_enough = !is_moved_only || n >= OM_MONITOR_MIN_MOVED;
     f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;
     if (!has_grasped) {
         m->rest_sum += f->distance;

@@ -74,6 +74,11 @@ static OmStatus check_def(const OmRetractDef* def) {
              "%s: update: the twin's engine \"%s\" has no springs, which hold the tissue where an "
              "update finds it attached; choose an engine with springs (fem)",
              label, engine->name);
+    OM_CHECK(!def->scene->update.learns_modulus_by_shape || def->scene->monitor.is_enabled,
+             OM_INVALID,
+             "%s: update: modulus_by_shape needs what the monitor sees; add `monitor: enabled: "
+             "true`, or leave it out",
+             label);
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 

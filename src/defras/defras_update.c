@@ -123,21 +123,19 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
 void om__updater_release(OmUpdater* u, int arm) { u->grasp[arm].number = 0; }
 
 // The grasps of all arms that hold tissue, with the tools where the twin has them.
-static OmStatus copy_grasps(const OmUpdater* u, const OmObservation* obs,
-                            const OmQuat q[OM_MAX_ARM], Taken* t) {
+static OmStatus copy_grasps(const OmUpdater* u, const OmPose tip[OM_MAX_ARM], Taken* t) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const HeldGrasp* g = &u->grasp[a];
         t->number[a] = g->number;
         if (g->number == 0) continue;
         OM_ALLOC(t->vert[a], (size_t)g->nvert);
         memcpy(t->vert[a], g->vert, (size_t)g->nvert * sizeof *g->vert);
-        t->data.grasp[t->data.ngrasp++] =
-            (OmMatchGrasp){.arm = a,
-                           .pose_world_grasp = g->pose_world_tip,
-                           .pose_world_now = {obs->arm[a].tip.p, q[a]},
-                           .radius = g->radius,
-                           .nvert = g->nvert,
-                           .vert = t->vert[a]};
+        t->data.grasp[t->data.ngrasp++] = (OmMatchGrasp){.arm = a,
+                                                         .pose_world_grasp = g->pose_world_tip,
+                                                         .pose_world_now = tip[a],
+                                                         .radius = g->radius,
+                                                         .nvert = g->nvert,
+                                                         .vert = t->vert[a]};
     }
     return OM_OK;
 }
@@ -158,7 +156,7 @@ static void keep(OmUpdater* u, Taken* t) {
 }
 
 OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
-                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin,
+                          const OmPose tip[OM_MAX_ARM], const OmBody* twin,
                           const unsigned char* attached) {
     OmStatus status = OM_OK;
     const size_t n = 3 * (size_t)u->nvert;
@@ -166,7 +164,7 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
     if (!t) return OM_NO_MEMORY;
     t->nref = 1;
     t->data.time = time;
-    OM_TRY_DONE(copy_grasps(u, obs, grasp_q, t));
+    OM_TRY_DONE(copy_grasps(u, tip, t));
     OM_ALLOC_DONE(t->x_twin, n);
     memcpy(t->x_twin, om_body_x(twin), n * sizeof *t->x_twin);
     t->data.x_twin = t->x_twin;

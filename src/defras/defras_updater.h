@@ -53,11 +53,11 @@ void om__updater_reset(OmUpdater* updater);
 void om__updater_grasp(OmUpdater* updater, int arm, OmPose pose_world_tip, double radius,
                        const OmBody* twin);
 void om__updater_release(OmUpdater* updater, int arm);
-/// Take an acquisition from an observation with depth; `grasp_q`: orientation of each grasp in the twin. The newest
+/// Take an acquisition from an observation with depth; `tip`: pose of each tool in the twin, world frame. The newest
 /// of the same grasps is replaced, or the oldest of too many.
 /// @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
 OmStatus om__updater_take(OmUpdater* updater, const OmObservation* observation, double time,
-                          const OmQuat grasp_q[OM_MAX_ARM], const OmBody* twin,
+                          const OmPose tip[OM_MAX_ARM], const OmBody* twin,
                           const unsigned char* attached);
 /// Start the job with the kept acquisitions. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
 OmStatus om__updater_start(OmUpdater* updater, int tick, double time);
