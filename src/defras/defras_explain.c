@@ -12,10 +12,12 @@
 // than OmLoopDef.max_lag is held. Tried in pulls, too:
 // the demo, whose twin believes in attachments on the wrong side, was warned one pull later.
 //
-// Tried: the twin keeps friction and modulus of the best one. Of six development sheets with right attachments, whose
-// folds deviate most, one more was held: a single picture of a fold says little about the modulus. Tried: a check
-// whenever mu passes its limit, without LASTS and MAX_CHECK: three of these six were warned and not four, with up to
-// 17 checks of 4 s of processor time.
+// On the first 40 sheets of the study's alarms it explained 25 deviations, and 10 runs were warned, no smaller a share
+// than without it (24 of 100).
+//
+// Tried on six development sheets with right attachments whose folds deviate most, in pulls, too: four warned, five
+// exposed. The same where the twin keeps friction and modulus of the best one. A check whenever mu passes its limit,
+// without LASTS and MAX_CHECK: three warned, six exposed, with up to 17 checks of 4 s of processor time.
 #include "defras/defras_modulus_internal.h"
 
 #define MIN_TICK 10              // of a record

@@ -131,7 +131,7 @@ static OmStatus judge_again(OmLoop* loop, const OmObservation* obs, int state, i
 
 OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
     OmRetractResult* r = &loop->result;
-    const int state_before = loop->frame.state;
+    const int was = loop->warning, was_state = loop->frame.state, was_part = loop->part_state;
     OM_TRY(om_monitor_frame(loop->monitor, obs, om_body_x(loop->twin), loop->has_grasped,
                             &loop->frame));
     if (loop->frame.is_stale)
@@ -141,7 +141,6 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
         om__loop_alarm(loop, OM_HOLD_STALE,
                        "the depth camera has shown no tissue to compare with the twin for %.2f s",
                        loop->frame.unseen);
-    const int was = loop->warning, was_state = state_before, was_part = loop->part_state;
     judge_part(loop);
     loop->warning = is_holding(loop) ? imax(loop->frame.state, loop->part_state) : 0;
     if (loop->warning > was) {
