@@ -139,7 +139,6 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     double young_factor;
     int nmodulus;
     bool is_modulus_by_shape;  // the last time by what the camera saw, not by forces
-    int nexplained;    // warnings that did not rise: a twin with the same attachments explains them
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
@@ -250,8 +249,8 @@ typedef struct OmLoopDef {
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
-    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees; by shape it also explains
-    // deviations of folds before a warning rises. Borrowed; default null. The twin must be of om_body_create.
+    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees. Borrowed; default null. The
+    // twin must be of om_body_create.
     OmModulus* modulus;
     OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor

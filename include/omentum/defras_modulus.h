@@ -31,8 +31,7 @@ typedef struct OmModulusDef {
     OmMatch* match;
     // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
     bool by_force;
-    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,
-    // before a warning rises, whether a twin with the same attachments explains the picture (defras_explain.c).
+    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape.
     bool by_shape;
 } OmModulusDef;
 

@@ -103,8 +103,6 @@ OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observ
 /// @return as om_monitor_frame
 OM_API OmStatus om_monitor_try(OmMonitor* monitor, const OmObservation* observation,
                                const double* x_twin, OmMonitorFrame* frame);
-/// The state before the next frame: 0 to 3. For a frame that is compared again after the twin has changed.
-OM_API void om_monitor_set_state(OmMonitor* monitor, int state);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
 /// The same by OmMonitorFrame.part: 0 to 2, with part_limit of the settings; 0 where parts are not watched.

@@ -37,9 +37,6 @@ OM_API OmStatus om_words_force(double factor, OmText* text);
 /// @param by_shape  by what the depth camera saw, not by measured forces
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_modulus(double factor, bool by_shape, OmText* text);
-/// A warning that did not rise, since a twin with the same attachments explains it; begins with a blank.
-/// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_words_explained(OmText* text);
 /// What a person demanded.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_command(const OmLoop* loop, const OmLoopCommand* command, OmText* text);

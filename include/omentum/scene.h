@@ -246,6 +246,9 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];
     double part_share;  // of the measured points, that make a part; default 0.02
+    // State 1 of a fold is judged when it has ended and the tissue rests, not while it moves; default true. Folded
+    // tissue tips over at another moment than in the twin. Ours; false: Alg. 5.
+    bool is_fold_at_rest;
 } OmSceneMonitor;
 
 typedef struct OmScene {

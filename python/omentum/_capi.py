@@ -2438,6 +2438,9 @@ class OmSceneMonitor(Struct):
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];
     double part_share;  // of the measured points, that make a part; default 0.02
+    // State 1 of a fold is judged when it has ended and the tissue rests, not while it moves; default true. Folded
+    // tissue tips over at another moment than in the twin. Ours; false: Alg. 5.
+    bool is_fold_at_rest;
 } OmSceneMonitor;"""
     is_enabled: bool
     limit: Numbers
@@ -2448,6 +2451,7 @@ class OmSceneMonitor(Struct):
     region: int
     part_limit: Numbers
     part_share: float
+    is_fold_at_rest: bool
 
 
 class OmScene(Struct):
@@ -3731,8 +3735,7 @@ class OmModulusDef(Struct):
     OmMatch* match;
     // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
     bool by_force;
-    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape. It also lets the loop ask,
-    // before a warning rises, whether a twin with the same attachments explains the picture (defras_explain.c).
+    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape.
     bool by_shape;
 } OmModulusDef;"""
     cookie: int
@@ -4408,7 +4411,6 @@ class OmRetractResult(Struct):
     double young_factor;
     int nmodulus;
     bool is_modulus_by_shape;  // the last time by what the camera saw, not by forces
-    int nexplained;    // warnings that did not rise: a twin with the same attachments explains them
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation
@@ -4464,7 +4466,6 @@ class OmRetractResult(Struct):
     young_factor: float
     nmodulus: int
     is_modulus_by_shape: bool
-    nexplained: int
     nforce: int
     nforce_world: int
     time: float
@@ -4583,8 +4584,8 @@ class OmLoopDef(Struct):
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
     OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
-    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees; by shape it also explains
-    // deviations of folds before a warning rises. Borrowed; default null. The twin must be of om_body_create.
+    // Learns the twin's Young's modulus, by measured forces or by what the monitor sees. Borrowed; default null. The
+    // twin must be of om_body_create.
     OmModulus* modulus;
     OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
@@ -7069,7 +7070,7 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool), ("learns_modulus_by_shape", c_bool)], {})
-complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double), ("is_fold_at_rest", c_bool)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
@@ -7147,7 +7148,7 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int), ("turn", c_double)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("is_followed", c_bool), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double), ("part_before", c_double), ("part_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("is_modulus_by_shape", c_bool), ("nexplained", c_int), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("young_factor", c_double), ("nmodulus", c_int), ("is_modulus_by_shape", c_bool), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("path", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("nempty", c_int), ("nmeasured", c_int), ("measured_off", c_double), ("ndrawn", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("nadded", c_int), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopMotion, [("arm", c_int), ("verb", c_int), ("tip", OmVec3), ("goal", OmVec3), ("nplace", c_int)], {"verb": OmPlanVerb})
 complete(OmMotionLaw, [("ctx", c_void_p), ("next", CFUNCTYPE(c_int, c_void_p, POINTER(OmLoopMotion), POINTER(OmVec3)))], {})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
@@ -7665,7 +7666,6 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_monitor_next_part_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_reset": (None, [c_void_p]),
-    "om_monitor_set_state": (None, [c_void_p, c_int]),
     "om_monitor_settings": (POINTER(OmSceneMonitor), [c_void_p]),
     "om_monitor_sources": (c_uint, [c_void_p, POINTER(OmWorld)]),
     "om_monitor_try": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, POINTER(OmMonitorFrame)]),
@@ -8255,7 +8255,6 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_words_action": (c_int, [c_void_p, POINTER(OmRetractAction), POINTER(OmText)]),
     "om_words_command": (c_int, [c_void_p, POINTER(OmLoopCommand), POINTER(OmText)]),
     "om_words_end": (c_int, [POINTER(OmRetractResult), POINTER(OmText)]),
-    "om_words_explained": (c_int, [POINTER(OmText)]),
     "om_words_force": (c_int, [c_double, POINTER(OmText)]),
     "om_words_hold": (c_int, [c_int, c_char_p, POINTER(OmText)]),
     "om_words_modulus": (c_int, [c_double, c_bool, POINTER(OmText)]),
@@ -8736,7 +8735,6 @@ STATUS = frozenset([
     "om_words_action",
     "om_words_command",
     "om_words_end",
-    "om_words_explained",
     "om_words_force",
     "om_words_hold",
     "om_words_modulus",

@@ -271,11 +271,8 @@ OmStatus om__loop_ahead_held(OmLoop* loop, int arm, bool exposes[2]) {
     prepare(a, loop);
     a->attempt.max_step = a->def.max_step;
     OM_TRY(save(a, loop));
-    // the twin's tool may be beside the measured one
-    const OmVec3 aside = om_quat_rotate(om_quat_conj(loop->grid.task.q), state->aside);
-    OmStatus status =
-        om__attempt_fold(&a->attempt, arm, om_add(state->tip, aside),
-                         om_add(state->grasp_tip, aside), state->joint, exposes, &nstep);
+    OmStatus status = om__attempt_fold(&a->attempt, arm, state->tip, state->grasp_tip, state->joint,
+                                       exposes, &nstep);
     restore(a, loop, nbad, nstep);
     return status == OM_UNSAT ? OM_OK : status;
 }

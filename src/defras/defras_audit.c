@@ -18,14 +18,13 @@ struct OmAudit {
     OmAuditDef def;
     char path[1200];
     uint64_t scene_hash, program_hash;
-    FILE* file;      // null: not begun, or without a file
-    OmText lines;    // all of them
-    OmText json;     // the line that is being written, over several lines
-    OmText words;    // a sentence, or reasons
-    OmText story;    // all sentences, with their times
-    double factor;   // on the twin's forces, of the last line of an action
-    int nmodulus;    // OmRetractResult.nmodulus there
-    int nexplained;  // OmRetractResult.nexplained there
+    FILE* file;     // null: not begun, or without a file
+    OmText lines;   // all of them
+    OmText json;    // the line that is being written, over several lines
+    OmText words;   // a sentence, or reasons
+    OmText story;   // all sentences, with their times
+    double factor;  // on the twin's forces, of the last line of an action
+    int nmodulus;   // OmRetractResult.nmodulus there
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {
@@ -158,7 +157,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
         OM_CHECK(a->file, OM_IO, "%s cannot be written: %s", a->path, strerror(errno));
     }
     a->factor = 1;
-    a->nmodulus = a->nexplained = 0;
+    a->nmodulus = 0;
     OmJson json = begin_line(a, loop, "head");
     om_json_integer(&json, "format", 1);
     om_json_string(&json, "omentum", om_version());
@@ -364,8 +363,6 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
         OM_TRY(om_words_modulus(loop->result.young_factor, loop->result.is_modulus_by_shape,
                                 &a->words));
     a->nmodulus = loop->result.nmodulus;
-    if (loop->result.nexplained > a->nexplained) OM_TRY(om_words_explained(&a->words));
-    a->nexplained = loop->result.nexplained;
     return end_told(a, loop, &json);
 }
 

@@ -213,7 +213,7 @@ static int find_material(const OmLoop* loop, OmVec3 tip, int block) {
 OmStatus om__cloud_grasp_twin(OmLoop* loop, int arm, int block, OmPose tip) {
     const double radius = loop->task.grasp_radius;
     int nheld;
-    loop->arm[arm].twin_off = loop->arm[arm].aside = om_vec3(0, 0, 0);
+    loop->arm[arm].twin_off = om_vec3(0, 0, 0);
     OmStatus status = om_body_grasp(loop->twin, arm, tip, radius, &nheld);
     if (status != OM_INVALID || !loop->has_cloud) return status;
     const int v = find_material(loop, tip.p, block);

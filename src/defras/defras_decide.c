@@ -5,6 +5,7 @@
 //                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
 //                     └───────────────┴────────────┘
 //
+// After a fold that deviates, SETTLE comes first (defras_warn.c).
 // With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with
 // a monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). Where no plan is left, DOUBT
 // may free what was learnt, and PLAN follows again (defras_doubt.c). A plan may wait in CONSENT, and every stage may
@@ -274,18 +275,35 @@ static bool must_wait(const OmLoop* loop) {
     return next >= loop->plan.naction || loop->plan.action[next].verb != OM_PLAN_PULL;
 }
 
-static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
-    OM_TRY(om__modulus_learn(loop));
-    OM_TRY(note_action(loop));
+// `still`: s, since when the arms keep still.
+static void leave_or_learn(OmLoop* loop, double still, bool* needs_tick) {
     *needs_tick = false;
     if (om__look_is_due(loop)) {
         loop->stage = STAGE_LOOK;
-        loop->look_begin = loop->time;
-    } else if (loop->action.outcome == OM_ACTION_WARNED || must_wait(loop)) {
+        loop->look_begin = still;
+    } else if (om__warn_must_learn(loop) || must_wait(loop)) {
         om__warn_begin_learning(loop);
     } else {
         conclude_action(loop, needs_tick);
     }
+}
+
+static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
+    *needs_tick = om__warn_must_settle(loop);
+    if (!*needs_tick) OM_TRY(om__modulus_learn(loop));
+    OM_TRY(note_action(loop));
+    if (*needs_tick)
+        om__warn_begin_settling(loop);
+    else
+        leave_or_learn(loop, loop->time, needs_tick);
+    return OM_OK;
+}
+
+static OmStatus check_settling(OmLoop* loop, bool* needs_tick) {
+    OM_TRY(om__warn_settle(loop, needs_tick));
+    if (*needs_tick) return OM_OK;
+    OM_TRY(om__modulus_learn(loop));
+    leave_or_learn(loop, loop->settle_begin, needs_tick);
     return OM_OK;
 }
 
@@ -342,7 +360,7 @@ static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     if (loop->warning == 3 && !loop->is_overruled) loop->look_begin = loop->time;
     OM_TRY(om__look_take(loop, needs_tick));
     if (*needs_tick) return OM_OK;
-    if (loop->action.outcome == OM_ACTION_WARNED || must_wait(loop))
+    if (om__warn_must_learn(loop) || must_wait(loop))
         om__warn_begin_learning(loop);
     else
         conclude_action(loop, needs_tick);
@@ -387,6 +405,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
+        case STAGE_SETTLE: OM_TRY(check_settling(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
         case STAGE_LEARN: OM_TRY(check_learning(loop, &needs_tick)); break;
         case STAGE_DOUBT:

@@ -68,7 +68,6 @@ typedef struct ArmState {
     double lift;                       // m above grasp_tip while holding
     // m, world frame: the twin's grasped tissue lies this far beside the tip, and is drawn to it
     OmVec3 twin_off;
-    OmVec3 aside;  // m, world frame: of the twin's tool from the measured one (defras_explain.c)
     bool is_closed;
     bool is_moving;
     bool is_max_force;
@@ -127,6 +126,7 @@ typedef enum Stage {
     STAGE_PLAN,         // make a plan
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
+    STAGE_SETTLE,       // the arms keep still after a fold, before it is judged; waits
     STAGE_LOOK,         // the arms keep still before an acquisition; waits
     STAGE_DOUBT,        // the twin frees doubted attachments; waits
     STAGE_LEARN,        // the arms keep still until the twin has learnt; waits
@@ -185,8 +185,9 @@ struct OmLoop {
     // computed by defras_warn.c
     OmMonitorFrame frame;  // the last one
     OmSceneMonitor monitor_settings;
-    double explain_time;            // s, of the last explained warning
     int warning;                    // state of Alg. 5, or of a part of the tissue
+    int unsettled;                  // what it would be if a fold were judged while it moves
+    double settle_begin;            // s, of STAGE_SETTLE
     double part_rest;               // m, OmMonitorFrame.part before the present grasp
     int part_state;                 // 0 to 2
     int warning_action;             // largest during the current action
@@ -443,6 +444,11 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs);
 OmStatus om__warn_end(OmLoop* loop);       // at the end of the loop: the effect of the last update
 double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions that hold tissue
 bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
+bool om__warn_must_settle(const OmLoop* loop);  // a fold has ended that is still to be judged
+void om__warn_begin_settling(OmLoop* loop);
+OmStatus om__warn_settle(OmLoop* loop,
+                         bool* needs_tick);    // during STAGE_SETTLE: judge the fold at its end
+bool om__warn_must_learn(const OmLoop* loop);  // after an action: STAGE_LEARN follows
 OmStatus om__warn_note_update(OmLoop* loop, OmUpdateStage stage);
 void om__warn_begin_learning(OmLoop* loop);
 void om__warn_give_up(OmLoop* loop);      // arms that hold tissue must release it: no pull, no fold
@@ -477,10 +483,6 @@ OmStatus om__modulus_learn(OmLoop* loop);             // after an action that mo
 OmStatus om__modulus_tell_match(const OmLoop* loop);  // before an estimate starts
 OmStatus om__modulus_frame(OmLoop* loop, const OmObservation* obs);  // after a frame of the monitor
 void om__modulus_drop(OmLoop* loop);  // the twin's attachments change: the record says nothing
-
-// defras_explain.c: before a warning rises: is it explained by a twin with the same attachments? The twin then has its
-// shape.
-OmStatus om__explain(OmLoop* loop, const OmObservation* obs, bool* is_explained);
 
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);

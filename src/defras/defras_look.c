@@ -49,10 +49,7 @@ static OmStatus copy_attached(const OmLoop* loop, unsigned char** attached) {
 static OmStatus take(const OmLoop* loop, const OmObservation* obs) {
     OmPose tip[OM_MAX_ARM];
     unsigned char* attached;
-    for (int a = 0; a < OM_MAX_ARM; ++a) {
-        tip[a] = om__twin_pose(loop, a, obs->arm[a].tip);
-        tip[a].p = om_add(tip[a].p, loop->arm[a].aside);
-    }
+    for (int a = 0; a < OM_MAX_ARM; ++a) tip[a] = om__twin_pose(loop, a, obs->arm[a].tip);
     OM_TRY(copy_attached(loop, &attached));
     OmStatus status = om__updater_take(loop->updater, obs, loop->time, tip, loop->twin, attached);
     om_free(attached);

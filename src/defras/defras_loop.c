@@ -218,7 +218,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->needs_approval = def->needs_approval;
     loop->max_age = def->max_age;
     loop->max_lag = def->max_lag;
-    loop->clock_last = loop->explain_time = -HUGE_VAL;
+    loop->clock_last = -HUGE_VAL;
     loop->force_world = loop->visibility_world = NAN;
     loop->result.visibility_world_end = NAN;
     begin_result(loop, def->is_settled);
@@ -334,6 +334,7 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
     case STAGE_PLAN:
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;
+    case STAGE_SETTLE:
     case STAGE_LOOK: return OM_LOOP_LOOK;
     case STAGE_DOUBT:
     case STAGE_LEARN: return OM_LOOP_LEARN;

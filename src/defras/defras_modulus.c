@@ -31,7 +31,6 @@
 #define RANGE 2.0       // in log2, of one estimate by force
 #define MAX_FACTOR 4.0  // of all, and 1 / MAX_FACTOR
 #define MIN_STEP 0.05   // in log2; a smaller change is none
-#define ROUGHER 0.1     // friction of the ground of OmModulus.rough, more than the twin's
 #define NSTEP 5         // in which the twin takes over a modulus
 #define STEP_TIME 0.1   // s, of each
 
@@ -49,20 +48,7 @@ OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site) {
 static OmStatus set_others(OmModulus* m) {
     for (int k = 0; k < 2; ++k)
         OM_TRY(om_body_set_young(m->other[k], m->def.scene, m->factor * other_factor[k]));
-    if (!m->def.by_shape) return OM_OK;
-    OM_TRY(om_body_set_young(m->same, m->def.scene, m->factor));
-    return om_body_set_young(m->rough, m->rough_scene, m->factor);
-}
-
-// Bodies of defras_explain.c.
-static OmStatus make_explaining(OmModulus* m) {
-    OM_ALLOC(m->rough_scene, 1);
-    *m->rough_scene = *m->def.scene;
-    // below 0: the engine's own, of particles 0.35
-    const double friction = m->def.scene->tissue.friction;
-    m->rough_scene->tissue.friction = fmin(10, (friction < 0 ? 0.35 : friction) + ROUGHER);
-    OM_TRY(om_body_create(m->def.scene, m->def.site, 1, &m->same));
-    return om_body_create(m->rough_scene, m->def.site, 1, &m->rough);
+    return OM_OK;
 }
 
 OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
@@ -84,10 +70,8 @@ OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
     if (!m) return OM_NO_MEMORY;
     m->def = *def;
     for (int k = 0; k < 2; ++k) OM_TRY_DONE(om_body_create(def->scene, def->site, 1, &m->other[k]));
-    if (def->by_shape) OM_TRY_DONE(make_explaining(m));
     m->start = om_alloc(1, om_body_state_size(m->other[0]));
-    m->now = om_alloc(1, om_body_state_size(m->other[0]));
-    if (!m->start || !m->now) status = OM_NO_MEMORY;
+    if (!m->start) status = OM_NO_MEMORY;
     if (status < 0) goto done;
     OM_ALLOC_DONE(m->tick, OM_MODULUS_MAX_TICK);
     for (int k = 0; k < 2; ++k) OM_ALLOC_DONE(m->load[k], OM_MODULUS_MAX_TICK);
@@ -104,11 +88,7 @@ void om_modulus_destroy(OmModulus* m) {
         om_body_destroy(m->other[k]);
         om_free(m->load[k]);
     }
-    om_body_destroy(m->same);
-    om_body_destroy(m->rough);
-    om_free(m->rough_scene);
     om_free(m->start);
-    om_free(m->now);
     om_free(m->tick);
     om_free(m);
 }
@@ -151,7 +131,6 @@ static void begin_record(OmLoop* loop, int arm, OmVec3 tip) {
     m->n = m->begin = 0;
     m->last = NAN;
     m->is_shape_due = false;
-    m->ncheck = 0;
     m->shape_tip = tip;
     om_body_save(loop->twin, m->start);
 }
@@ -172,7 +151,7 @@ OmStatus om__modulus_step(OmLoop* loop, const OmObservation* obs, const OmBodyFo
     if (m->is_spent || om__cloud_draw_time(loop, arm) > 0) return OM_OK;
     if (!obs->arm[arm].has_wrench && !m->def.by_shape) return OM_OK;
     OmPose tip = om__twin_pose(loop, arm, obs->arm[arm].tip);
-    tip.p = om_add(tip.p, om_add(loop->arm[arm].twin_off, loop->arm[arm].aside));
+    tip.p = om_add(tip.p, loop->arm[arm].twin_off);
     if (m->arm < 0) {
         begin_record(loop, arm, tip.p);
     } else if (m->n == OM_MODULUS_MAX_TICK) {
@@ -197,16 +176,15 @@ void om__modulus_drop(OmLoop* loop) {
 
 // ---- estimates ----------------------------------------------------------------------------------------------------
 
-OmStatus om__modulus_repeat_in(const OmModulus* m, OmBody* body, OmVec3 aside, double dt,
-                               OmVec3* load) {
+// Repeat the record in a body; `load`: of the tool at each tick, N, or null.
+// OM_NOT_CONVERGED: the last step did not converge, the shape is of no use.
+static OmStatus repeat_in(const OmModulus* m, OmBody* body, double dt, OmVec3* load) {
     OmBodyReport report;
     OmBodyForces forces;
     OmStatus status = OM_OK;
     om_body_restore(body, m->start);
     for (int i = 0; i < m->n; ++i) {
-        OmPose tip = m->tick[i].tip;
-        tip.p = om_add(tip.p, aside);
-        OM_TRY(om_body_move(body, m->arm, tip));
+        OM_TRY(om_body_move(body, m->arm, m->tick[i].tip));
         OM_TRY(status = om_body_step(body, dt, &report));
         if (!load) continue;
         OM_TRY(om_body_get_forces(body, &forces));
@@ -218,8 +196,7 @@ OmStatus om__modulus_repeat_in(const OmModulus* m, OmBody* body, OmVec3 aside, d
 OmStatus om__modulus_repeat(OmModulus* m, double dt) {
     OmStatus status[2];
     for (int k = 0; k < 2; ++k)
-        OM_TRY(status[k] = om__modulus_repeat_in(m, m->other[k], om_vec3(0, 0, 0), dt,
-                                                 m->def.by_force ? m->load[k] : NULL));
+        OM_TRY(status[k] = repeat_in(m, m->other[k], dt, m->def.by_force ? m->load[k] : NULL));
     return status[0] != OM_OK ? status[0] : status[1];
 }
 

@@ -16,12 +16,8 @@ typedef struct ModulusTick {
 
 struct OmModulus {
     OmModulusDef def;
-    OmBody* other[2];  // of half and of twice the modulus
-    OmBody* same;      // of the modulus; null without by_shape
-    OmBody* rough;     // of the modulus, on a rougher ground; null without by_shape
-    OmScene* rough_scene;
+    OmBody* other[2];   // of half and of twice the modulus
     void* start;        // of the twin, after the grasp
-    void* now;          // scratch of the same size
     ModulusTick* tick;  // (OM_MODULUS_MAX_TICK)
     OmVec3* load[2];    // N, of the other bodies, at each tick  (OM_MODULUS_MAX_TICK)
     int arm;            // of the record; -1: none
@@ -31,19 +27,13 @@ struct OmModulus {
     double factor, target;
     int nstep;        // left until the target
     double step_due;  // s of the operation
-    int ncheck;       // of this grasp (defras_explain.c)
     // by shape
     bool is_shape_due;  // a pull has ended: the next picture
     OmVec3 shape_tip;   // m, where the last estimate was made, or the grasp
 };
 
-/// Repeat the record in a body, with tools moved by `aside` (world frame, m).
-/// @param load  out: N, of the tool at each tick; null: not computed
-/// @return OM_OK; OM_NOT_CONVERGED (the last step did not converge: do not use the shape); the errors of a step
-OmStatus om__modulus_repeat_in(const OmModulus* modulus, OmBody* body, OmVec3 aside,
-                               double time_step, OmVec3* load);
 /// Repeat the record in the bodies of half and of twice the modulus, from the twin's state after the grasp.
-/// @return as om__modulus_repeat_in
+/// @return OM_OK; OM_NOT_CONVERGED (the last step of one did not: do not use the shapes); the errors of a step
 OmStatus om__modulus_repeat(OmModulus* modulus, double time_step);
 /// The twin takes over its present modulus times 2^u, in steps.
 void om__modulus_adopt(OmLoop* loop, double u, bool by_shape);

@@ -473,5 +473,3 @@ OmStatus om_monitor_try(OmMonitor* m, const OmObservation* obs, const double* x_
     *frame = f;
     return OM_OK;
 }
-
-void om_monitor_set_state(OmMonitor* m, int state) { m->last.state = state; }

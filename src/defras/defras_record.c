@@ -427,7 +427,6 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_integer(&json, "times_above_force_limit", r->nforce);
     om_json_number(&json, "force_factor", r->force_factor);
     if (r->nmodulus > 0) om_json_number(&json, "young_factor", r->young_factor);
-    if (r->nexplained > 0) om_json_integer(&json, "warnings_explained", r->nexplained);
     om_json_integer(&json, "grasps_slipped", r->nslip);
     om_json_integer(&json, "grasps_empty", r->nempty);
     om_json_integer(&json, "reaches_by_cloud", r->nmeasured);

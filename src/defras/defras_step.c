@@ -16,7 +16,7 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
         if (!om_body_is_holding(loop->twin, a)) continue;
         om__cloud_draw(loop, a);
         OmPose tip = om__twin_pose(loop, a, obs->arm[a].tip);
-        tip.p = om_add(tip.p, om_add(loop->arm[a].twin_off, loop->arm[a].aside));
+        tip.p = om_add(tip.p, loop->arm[a].twin_off);
         OM_TRY(om_body_move(loop->twin, a, tip));
     }
     if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));

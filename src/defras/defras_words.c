@@ -189,14 +189,6 @@ OmStatus om_words_modulus(double factor, bool by_shape, OmText* t) {
         by_shape ? "the shape of the lifted tissue" : "the forces that the arms measure", factor);
 }
 
-OmStatus om_words_explained(OmText* t) {
-    return om_text_append(t,
-                          " The tissue was not where the model expected it. A model with the same "
-                          "attachments, and with other friction, stiffness or places of the tools "
-                          "within their errors, shows what the camera sees: its shape is taken "
-                          "over, and no warning is raised.");
-}
-
 // ---- updates -------------------------------------------------------------------------------------------------
 
 // Blocks whose first attached vertex came, and those whose last one went; vertices of both kinds elsewhere.

@@ -336,6 +336,8 @@ static const OmYamlField monitor_field[] = {
          "a pull is 1 and 2; ascending; [0, 0]: parts are not watched"},
     {"part_share", OM_YAML_DOUBLE, AT(OmSceneMonitor, part_share), .min = 0.001, .max = 0.5,
      .help = "share of the measured points that makes a part"},
+    {"fold_at_rest", OM_YAML_BOOL, AT(OmSceneMonitor, is_fold_at_rest),
+     .help = "is state 1 of a fold judged when the fold has ended and the tissue rests?"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 

@@ -80,7 +80,8 @@ OmScene om_scene_default(void) {
                                  .npoint = 1000,
                                  .quantile = 0.5,
                                  .part_limit = {4 * MM, 8 * MM},
-                                 .part_share = 0.02};
+                                 .part_share = 0.02,
+                                 .is_fold_at_rest = true};
     return s;
 }
 

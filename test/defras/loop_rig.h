@@ -26,10 +26,11 @@ static inline OmPlanner* make_planner(const OmScene* scene) {
     return planner;
 }
 
-static inline void rig_create_with(Rig* g, OmScene scene, int nworker) {
+// `role`: of the world's tissue; OM_SITE_TWIN: it has the twin's mesh and material.
+static inline void rig_create_as(Rig* g, OmScene scene, OmSiteRole role, int nworker) {
     *g = (Rig){.scene = scene};
     assert_ok(om_site_build(&g->scene, OM_SITE_TWIN, NULL, &g->twin_site));
-    assert_ok(om_site_build(&g->scene, OM_SITE_WORLD, NULL, &g->world_site));
+    assert_ok(om_site_build(&g->scene, role, NULL, &g->world_site));
     assert_ok(om_body_create(&g->scene, &g->twin_site, nworker, &g->twin));
     assert_ok(om_world_create_simulated(&g->scene, &g->world_site, nworker, &g->world));
     assert_true(om_body_settle(g->twin, scene.task.time_step, OM_WORLD_SETTLE_SPEED,
@@ -38,6 +39,10 @@ static inline void rig_create_with(Rig* g, OmScene scene, int nworker) {
     g->rest = malloc(om_body_state_size(g->twin));
     om_body_save(g->twin, g->rest);
     g->planner = make_planner(&g->scene);
+}
+
+static inline void rig_create_with(Rig* g, OmScene scene, int nworker) {
+    rig_create_as(g, scene, OM_SITE_WORLD, nworker);
 }
 
 static inline void rig_create(Rig* g, OmScene scene) { rig_create_with(g, scene, 1); }

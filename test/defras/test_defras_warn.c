@@ -88,6 +88,7 @@ static OmScene warn_scene(double one, double two, double three) {
     scene.monitor.limit[0] = one, scene.monitor.limit[1] = two, scene.monitor.limit[2] = three;
     scene.monitor.hysteresis = 0.2 * one;
     scene.monitor.part_limit[0] = scene.monitor.part_limit[1] = 0;
+    scene.monitor.is_fold_at_rest = false;
     return scene;
 }
 
@@ -154,9 +155,10 @@ typedef struct Course {
     OmLoop* loop;
 } Course;
 
-static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attended) {
+static void course_begin_as(Course* c, OmScene scene, OmSiteRole role, bool refuses,
+                            bool is_attended) {
     memset(c, 0, sizeof *c);
-    rig_create(&c->g, scene);
+    rig_create_as(&c->g, scene, role, 1);
     if (scene.task.ahead > 0) {
         OmAheadDef ahead = om_ahead_default_def(&c->g.scene, &c->g.twin_site);
         assert_ok(om_ahead_create(&ahead, c->g.twin, &c->ahead));
@@ -183,6 +185,10 @@ static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attende
     def.is_attended = is_attended;
     def.ahead = c->ahead;
     assert_ok(om_loop_create(&def, &c->loop));
+}
+
+static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attended) {
+    course_begin_as(c, scene, OM_SITE_WORLD, refuses, is_attended);
 }
 
 static void course_end(Course* c) {
@@ -288,6 +294,80 @@ static void test_nothing_is_learnt(void** state) {
     assert_int_equal(r->update[0].stage, OM_UPDATE_REFUSED);
     assert_true(r->update[0].mu_after > 0.3e-3);
     course_end(&c);
+}
+
+static bool is_first_fold(const OmLoop* loop) {
+    const OmPlanVerb verb = loop->action.plan.verb;
+    const OmRetractResult* r = om_loop_result(loop);
+    for (int i = 0; i + 1 < r->naction; ++i)
+        if (r->action[i].verb == OM_PLAN_MOVE_ROI || r->action[i].verb == OM_PLAN_MOVE_AWAY)
+            return false;
+    return verb == OM_PLAN_MOVE_ROI || verb == OM_PLAN_MOVE_AWAY;
+}
+
+// World and twin differ by nothing, but in the first fold the twin's tool is kept `aside` m aside. It is drawn back at
+// 20 mm/s: with the end of the motion, or never. Alg. 5 warns at once. Judged at rest, only what remains warns.
+typedef struct FoldCase {
+    bool at_rest, remains;
+    double second, aside;  // m, limit of state 2
+} FoldCase;
+
+typedef struct FoldSeen {
+    double end, warned, mu, before;  // s, s, m, m
+    int nstop, nfold;                // of the first plan with a fold
+} FoldSeen;
+
+static FoldSeen watch_fold(Course* c, const FoldCase* f) {
+    FoldSeen s = {.end = NAN, .warned = NAN};
+    while (om_loop_phase(c->loop) != OM_LOOP_ENDED && !(c->loop->time > s.end + 2)) {
+        const bool is_moving = c->loop->stage == STAGE_ACTION;
+        const bool is_still = c->loop->stage == STAGE_SETTLE && f->remains;
+        const bool is_fold = is_first_fold(c->loop);
+        if (is_fold && ((is_moving && isnan(s.end)) || is_still))
+            c->loop->arm[c->loop->action.plan.arm].twin_off = om_vec3(f->aside, 0, 0);
+        assert_ok(om_loop_tick(c->loop));
+        if (is_fold) s.mu = fmax(s.mu, c->loop->frame.mu);
+        if (!is_fold && isnan(s.end)) s.before = fmax(s.before, c->loop->frame.mu);
+        if (is_fold && is_moving && c->loop->stage != STAGE_ACTION && isnan(s.end))
+            s.end = c->loop->time;
+        if (isnan(s.warned) && om_loop_warning(c->loop) > 0) s.warned = c->loop->time;
+    }
+    const OmRetractResult* r = om_loop_result(c->loop);
+    for (int i = 0; i < r->naction; ++i) {
+        s.nfold += r->action[i].verb == OM_PLAN_MOVE_ROI || r->action[i].verb == OM_PLAN_MOVE_AWAY;
+        s.nstop += r->action[i].outcome == OM_ACTION_WARNED;
+    }
+    printf("at rest %d, remains %d: mu %.2f mm, in the fold %.2f mm; it ends at %.2f s, warning at "
+           "%.2f s; %d folds, %d stopped\n",
+           f->at_rest, f->remains, 1e3 * s.before, 1e3 * s.mu, s.end, s.warned, s.nfold, s.nstop);
+    return s;
+}
+
+static void test_a_fold_at_rest(void** state) {
+    (void)state;
+    static const FoldCase f[] = {{false, false, 0.05, 0.015},
+                                 {true, false, 0.05, 0.015},
+                                 {true, true, 0.05, 0.015},
+                                 {true, false, 0.5e-3, 0.015}};
+    FoldSeen s[4];
+    int ntaken[4];
+    for (int k = 0; k < 4; ++k) {
+        Course c;
+        OmScene scene = warn_scene(0.3e-3, f[k].second, 0.06);
+        scene.believed = om_scene_default().believed;
+        scene.monitor.is_fold_at_rest = f[k].at_rest;
+        scene.task.visibility = 1.5;  // nothing exposes it
+        course_begin_as(&c, scene, OM_SITE_TWIN, true, false);
+        s[k] = watch_fold(&c, &f[k]);
+        ntaken[k] = c.seen.ntaken;
+        course_end(&c);
+        assert_true(s[k].before < 0.05e-3 && s[k].mu > 0.5e-3);
+    }
+    assert_true(s[0].warned < s[0].end);
+    assert_true(isnan(s[1].warned) && ntaken[1] == 0);
+    assert_near(s[2].warned - s[2].end, 1.5, 0.11);
+    assert_true(ntaken[2] > 0);
+    assert_true(s[3].warned <= s[3].end && s[3].nstop == 1 && ntaken[3] > 0);  // state 2: at once
 }
 
 // If no attachments explain the picture, the twin follows it: mu falls, and the attachments are those from before. The
@@ -523,12 +603,13 @@ static void test_doubt_ends(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_warning),    cmocka_unit_test(test_state_one),
-        cmocka_unit_test(test_state_two),     cmocka_unit_test(test_nothing_is_learnt),
-        cmocka_unit_test(test_follow),        cmocka_unit_test(test_doubtful_fold),
-        cmocka_unit_test(test_half_a_follow), cmocka_unit_test(test_state_three),
-        cmocka_unit_test(test_a_part),        cmocka_unit_test(test_a_part_after_a_fold),
-        cmocka_unit_test(test_doubt),         cmocka_unit_test(test_doubt_ends),
+        cmocka_unit_test(test_no_warning),          cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),           cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_a_fold_at_rest),      cmocka_unit_test(test_follow),
+        cmocka_unit_test(test_doubtful_fold),       cmocka_unit_test(test_half_a_follow),
+        cmocka_unit_test(test_state_three),         cmocka_unit_test(test_a_part),
+        cmocka_unit_test(test_a_part_after_a_fold), cmocka_unit_test(test_doubt),
+        cmocka_unit_test(test_doubt_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

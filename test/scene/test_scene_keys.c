@@ -61,7 +61,8 @@ static void test_a_sheet(void** state) {
         "  retract_mm: 95\n"
         "  ahead: 5\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
-        "400, quantile: 0.75, region: moved, part_limits_mm: [3, 5], part_share: 0.04}\n");
+        "400, quantile: 0.75, region: moved, part_limits_mm: [3, 5], part_share: 0.04, fold_at_rest: "
+        "false}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
@@ -132,12 +133,14 @@ static void test_a_sheet(void** state) {
     expect(s.monitor.part_limit[0], 0.003);
     expect(s.monitor.part_limit[1], 0.005);
     expect(s.monitor.part_share, 0.04);
+    assert_false(s.monitor.is_fold_at_rest);
 }
 
 static void test_limits_of_the_monitor(void** state) {
     (void)state;
     const OmSceneMonitor plain = om_scene_default().monitor;
     assert_false(plain.is_enabled);
+    assert_true(plain.is_fold_at_rest);
     assert_int_equal(plain.region, OM_MONITOR_TISSUE);
     expect(plain.part_limit[0], 0.004);
     expect(plain.part_limit[1], 0.008);
