@@ -3955,8 +3955,7 @@ class OmMonitorFrame(Struct):
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
-    // tissue that lies still since before the present grasp, or the distance of moved tissue from a twin that lies
-    // still
+    // tissue that lies still since before the present grasp, or the distance of moved tissue from a twin that lies still
     double part;
     // m, mean closest distance over all points, less its mean over the frames before the first grasp
     double mean;

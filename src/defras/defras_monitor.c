@@ -11,8 +11,8 @@
 // falls only below its limit less the hysteresis, which the thesis does not have.
 //
 // A part of the tissue (ours): the quantile 1 - part_share of the distances between picture and twin where one of them
-// lies still, as in the last frame before the present grasp. Right attachments decide where tissue lies still;
-// stiffness, Poisson's ratio and friction change the shape of the lifted tissue, which does not count.
+// lies still, as in the last frame before the present grasp. Right attachments decide where tissue lies still; stiffness,
+// Poisson's ratio and friction change the shape of the lifted tissue, which does not count.
 //
 // Rejected: closest of simulated points, as the thesis has it. Between points 2 mm apart the distance of equal surfaces
 // is not 0 but about 1 mm, and it changes when the tissue is lifted and its points move apart. Rejected: the whole

@@ -45,9 +45,9 @@
 //
 // After a release the tissue lies otherwise than in the twin. While nothing is held, and no effect of an update is
 // awaited, the monitor takes each frame as the rest of the next grasp (om_monitor_keep_rest): of region `moved` points
-// count that moved since then. Without it few points but the deviating ones have moved when the next grasp begins:
-// in the study's scenario 3 with fewer attachments mu was 8.5 mm at the first pull after the third release, and the run
-// was held.
+// count that moved since then. Without it few points but the deviating ones have moved when the next grasp begins: in
+// the study's scenario 3 with fewer attachments mu was 8.5 mm at the first pull after the third release, and the run was
+// held.
 //
 // State 3 must last: a fold that tips over does so at another moment in the truth than in the twin, and mu passed from
 // 0.5 to 6.4 mm within 0.6 s while both fell (layout 2201 of scenes/belief.yaml, 2.5 times the attachments believed).
