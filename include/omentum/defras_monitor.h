@@ -56,14 +56,14 @@ typedef struct OmMonitorFrame {
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
-    // tissue that lies still since before the present grasp, or the distance of moved tissue from a twin that lies still
+    // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
     // m, mean closest distance over all points, less its mean over the frames before the first grasp
     double mean;
     int npoint;  // measured points on the tissue
-    int nmoved;  // points moved since before the present grasp, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
-    int nrest;  // frames in `rest`
-    int state;  // warning state, 0 to 3; 0 before the first grasp
+    int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
+    int nrest;   // frames in `rest`
+    int state;   // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
@@ -98,11 +98,6 @@ OM_API bool om_monitor_is_due(const OmMonitor* monitor, double time);
 ///         changed); OM_NO_MEMORY or OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observation,
                                  const double* x_twin, bool has_grasped, OmMonitorFrame* frame);
-/// Nothing is held: from now on points have moved, and lie still, with regard to this observation. To be called after
-/// om_monitor_frame of the same observation; without an effect after a stale or blind frame. Tissue that was released
-/// lies otherwise than in the twin, and an attachment of the next grasp is no reason for it.
-/// @return OM_OK; OM_NO_MEMORY (the place before remains)
-OM_API OmStatus om_monitor_keep_rest(OmMonitor* monitor, const OmObservation* observation);
 /// The same comparison with other positions of the twin, after the first grasp: nothing of the monitor changes.
 /// @param frame  out: its state follows from mu alone
 /// @return as om_monitor_frame

@@ -3955,14 +3955,14 @@ class OmMonitorFrame(Struct):
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
-    // tissue that lies still since before the present grasp, or the distance of moved tissue from a twin that lies still
+    // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
     // m, mean closest distance over all points, less its mean over the frames before the first grasp
     double mean;
     int npoint;  // measured points on the tissue
-    int nmoved;  // points moved since before the present grasp, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
-    int nrest;  // frames in `rest`
-    int state;  // warning state, 0 to 3; 0 before the first grasp
+    int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
+    int nrest;   // frames in `rest`
+    int state;   // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
@@ -7663,7 +7663,6 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_monitor_destroy": (None, [c_void_p]),
     "om_monitor_frame": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, c_bool, POINTER(OmMonitorFrame)]),
     "om_monitor_is_due": (c_bool, [c_void_p, c_double]),
-    "om_monitor_keep_rest": (c_int, [c_void_p, POINTER(OmObservation)]),
     "om_monitor_next_part_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_reset": (None, [c_void_p]),
@@ -8468,7 +8467,6 @@ STATUS = frozenset([
     "om_modulus_create",
     "om_monitor_create",
     "om_monitor_frame",
-    "om_monitor_keep_rest",
     "om_monitor_try",
     "om_net_create",
     "om_net_describe",

@@ -11,7 +11,7 @@
 // falls only below its limit less the hysteresis, which the thesis does not have.
 //
 // A part of the tissue (ours): the quantile 1 - part_share of the distances between picture and twin where one of them
-// lies still, as in the last frame before the present grasp. Right attachments decide where tissue lies still; stiffness,
+// lies still, as in the last frame before the first grasp. Right attachments decide where tissue lies still; stiffness,
 // Poisson's ratio and friction change the shape of the lifted tissue, which does not count.
 //
 // Rejected: closest of simulated points, as the thesis has it. Between points 2 mm apart the distance of equal surfaces
@@ -39,11 +39,9 @@ struct OmMonitor {
     OmSurface tissue;  // boundary of the twin's mesh
     int* tissue_vert;  // its vertices in the mesh
     OmSurfaceTree* tree;
-    // twin and picture in the last good frame before the present grasp
+    // the twin in the last good frame before the first grasp
     OmSurfaceTree* rest_tree;
-    double* rest_x;     // (tissue.nvert x 3)
-    float* rest_depth;  // m, empty before the first grasp (rest_width x rest_height)
-    int rest_width, rest_height;
+    double* rest_x;  // (tissue.nvert x 3)
     OmSurface tool[OM_MAX_ARM];
     int tissue_id, tool_id[OM_MAX_ARM];  // -1: not known
     // of one frame
@@ -51,7 +49,6 @@ struct OmMonitor {
     int *ray_id, *ray_tri;      // (nray)
     unsigned char* is_visible;  // (tissue.ntri)
     double* x;                  // measured points, m (npoint x 3)
-    int* pixel;                 // of the points (npoint)
     double* distance;           // (npoint)
     double* apart;              // distances of points where picture or twin lies still (npoint)
     // between frames
@@ -159,7 +156,6 @@ OmStatus om_monitor_create(const OmMonitorDef* def, OmMonitor** monitor) {
     OM_ALLOC_DONE(m->ray_tri, nray);
     OM_ALLOC_DONE(m->is_visible, (size_t)m->tissue.ntri);
     OM_ALLOC_DONE(m->x, 3 * npoint);
-    OM_ALLOC_DONE(m->pixel, npoint);
     OM_ALLOC_DONE(m->distance, npoint);
     OM_ALLOC_DONE(m->apart, npoint);
     *monitor = m;
@@ -183,8 +179,6 @@ void om_monitor_destroy(OmMonitor* m) {
     om_free(m->ray_tri);
     om_free(m->is_visible);
     om_free(m->x);
-    om_free(m->pixel);
-    om_free(m->rest_depth);
     om_free(m->distance);
     om_free(m->apart);
     om_free(m);
@@ -195,7 +189,6 @@ const OmSceneMonitor* om_monitor_settings(const OmMonitor* m) { return &m->def.s
 void om_monitor_reset(OmMonitor* m) {
     m->has_begun = m->has_grasped = false;
     m->rest_sum = m->mean_sum = 0;
-    m->rest_width = m->rest_height = 0;
     m->last = (OmMonitorFrame){0};
 }
 
@@ -259,9 +252,7 @@ static int measure(OmMonitor* m, const OmCloudField* field, const OmDepthPicture
         double along = om_dot(ray, axis);  // > 0 for a ray of the picture
         if (!(along > 0)) continue;
         OmVec3 p = om_madd(eye, z / along, ray);
-        if (!is_tissue(m, field, d, pixel, p)) continue;
-        m->pixel[n] = pixel;
-        om_store3(m->x, n++, p);
+        if (is_tissue(m, field, d, pixel, p)) om_store3(m->x, n++, p);
     }
     return n;
 }
@@ -340,22 +331,12 @@ static OmVec3 place_in(const OmMonitor* m, const OmSurfacePoint* q, const double
     return p;
 }
 
-// Does pixel i show another depth than before the present grasp? Also where there was none, or no such picture.
-static bool has_changed(const OmMonitor* m, const OmDepthPicture* d, int i) {
-    if (d->camera.width != m->rest_width || d->camera.height != m->rest_height) return true;
-    const double before = (double)m->rest_depth[i];
-    return !(fabs(before - (double)d->depth[i]) <= MOVED);
-}
-
-// Has measured point i, p, or the twin's point q closest to it, moved since before the present grasp? Released tissue
-// may lie otherwise than in the twin: p must be off the twin's rest, and the picture must have changed there.
-static bool has_moved(const OmMonitor* m, const OmDepthPicture* d, int i, OmVec3 p,
-                      const OmSurfacePoint* q) {
+// Has a measured point, or the twin's point q closest to it, moved since before the grasp?
+static bool has_moved(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
     OmVec3 rest = place_in(m, q, m->rest_x);
     if (om_distance(rest, q->x) > MOVED) return true;
     if (om_distance(rest, p) <= MOVED) return false;  // `rest` lies on the surface of the tree
-    return !om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL) &&
-           has_changed(m, d, m->pixel[i]);
+    return !om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL);
 }
 
 // How far picture and twin are apart where one of them lies still, otherwise 0: the lift of the twin's material above
@@ -373,8 +354,8 @@ static double find_apart(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) 
 }
 
 // The distances of all points, or of the points that moved; returns how many. *part: see OmMonitorFrame. *mean: of all.
-static int find_distances(OmMonitor* m, const OmDepthPicture* d, int npoint, bool is_moved_only,
-                          double* part, double* mean) {
+static int find_distances(OmMonitor* m, int npoint, bool is_moved_only, double* part,
+                          double* mean) {
     int n = 0;
     *mean = 0;
     for (int i = 0; i < npoint; ++i) {
@@ -383,7 +364,7 @@ static int find_distances(OmMonitor* m, const OmDepthPicture* d, int npoint, boo
         om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
         m->apart[i] = find_apart(m, p, &q);
         *mean += q.distance / npoint;
-        if (!is_moved_only || has_moved(m, d, i, p, &q)) m->distance[n++] = q.distance;
+        if (!is_moved_only || has_moved(m, p, &q)) m->distance[n++] = q.distance;
     }
     om_sort_doubles(m->apart, npoint);
     *part = om_quantile(m->apart, npoint, 1 - m->def.settings.part_share);
@@ -433,11 +414,11 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 }
 
 // Alg. 5, lines 5 to 17.
-static void judge(OmMonitor* m, const OmDepthPicture* d, bool has_grasped, OmMonitorFrame* f) {
+static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
     const OmSceneMonitor* settings = &m->def.settings;
     bool is_moved_only = has_grasped && settings->region == OM_MONITOR_MOVED;
     double mean;
-    int n = find_distances(m, d, f->npoint, is_moved_only, &f->part, &mean);
+    int n = find_distances(m, f->npoint, is_moved_only, &f->part, &mean);
     f->nmoved = is_moved_only ? n : 0;
     bool is_enough = !is_moved_only || n >= OM_MONITOR_MIN_MOVED;
     f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;
@@ -473,24 +454,8 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     bool is_good = !f.is_stale && !f.is_blind;
     if (is_good || is_first) m->good_time = obs->time;
     f.unseen = fmax(0, obs->time - m->good_time);
-    if (is_good) judge(m, &obs->rgbd, m->has_grasped, &f);
+    if (is_good) judge(m, m->has_grasped, &f);
     m->last = *frame = f;
-    return OM_OK;
-}
-
-OmStatus om_monitor_keep_rest(OmMonitor* m, const OmObservation* obs) {
-    const OmCamera* c = &obs->rgbd.camera;
-    const size_t npixel = (size_t)c->width * (size_t)c->height;
-    if (!m->has_begun || m->last.is_stale || m->last.is_blind) return OM_OK;
-    if (c->width != m->rest_width || c->height != m->rest_height) {
-        float* depth = om_alloc(npixel, sizeof *depth);
-        if (!depth) return OM_NO_MEMORY;
-        om_free(m->rest_depth);
-        m->rest_depth = depth;
-    }
-    m->rest_width = c->width, m->rest_height = c->height;
-    memcpy(m->rest_depth, obs->rgbd.depth, npixel * sizeof *m->rest_depth);
-    keep_rest(m);
     return OM_OK;
 }
 
@@ -504,7 +469,7 @@ OmStatus om_monitor_try(OmMonitor* m, const OmObservation* obs, const double* x_
     f.npoint = npoint;
     f.state = 0;
     f.is_blind = npoint < OM_MONITOR_MIN_POINT || nvisible == 0;
-    if (!f.is_blind) judge(m, &obs->rgbd, true, &f);
+    if (!f.is_blind) judge(m, true, &f);
     *frame = f;
     return OM_OK;
 }

@@ -43,12 +43,6 @@
 // - before a state rises, the motion repeated in twins with the same attachments and other friction, modulus or places
 //   of the tools: four of five sheets that are warned otherwise were still warned.
 //
-// After a release the tissue lies otherwise than in the twin. While nothing is held, and no effect of an update is
-// awaited, the monitor takes each frame as the rest of the next grasp (om_monitor_keep_rest): of region `moved` points
-// count that moved since then. Without it few points but the deviating ones have moved when the next grasp begins: in
-// the study's scenario 3 with fewer attachments mu was 8.5 mm at the first pull after the third release, and the run was
-// held.
-//
 // State 3 must last: a fold that tips over does so at another moment in the truth than in the twin, and mu passed from
 // 0.5 to 6.4 mm within 0.6 s while both fell (layout 2201 of scenes/belief.yaml, 2.5 times the attachments believed).
 // The arms keep still in this time.
@@ -159,8 +153,6 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
     const int was = loop->warning;
     OM_TRY(om_monitor_frame(loop->monitor, obs, om_body_x(loop->twin), loop->has_grasped,
                             &loop->frame));
-    const bool is_at_rest = loop->has_grasped && !is_holding(loop) && !loop->has_effect_due;
-    if (is_at_rest) OM_TRY(om_monitor_keep_rest(loop->monitor, obs));
     if (loop->frame.is_stale)
         om__loop_alarm(loop, OM_HOLD_STALE, "the depth picture is %.2f s old", loop->frame.age);
     if (loop->max_age > 0 && loop->frame.is_blind && loop->frame.unseen > loop->max_age &&

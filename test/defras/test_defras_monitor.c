@@ -565,63 +565,6 @@ static void wrong_input_is_refused(void** state) {
     table_destroy(&t);
 }
 
-// Tissue that was released lies 8 mm higher on one side than the twin: before the next grasp it is the rest. What moves
-// since then counts alone.
-static void released_tissue_is_the_rest(void** state) {
-    (void)state;
-    Table t;
-    table_create(&t);
-    t.def.settings.region = OM_MONITOR_MOVED;
-    om_monitor_destroy(t.monitor);
-    assert_ok(om_monitor_create(&t.def, &t.monitor));
-    const int nvert = t.site.mesh.nvert;
-    double* x = malloc(3 * (size_t)nvert * sizeof *x);
-    table_see_moved(&t, 0);
-    table_frame(&t, false);
-    for (int i = 0; i < nvert; ++i) {
-        OmVec3 p = om_load3(t.site.mesh.x, i);
-        p.z += p.x > 0.03 ? 0.008 : 0;
-        om_store3(x, i, p);
-    }
-    table_see(&t, x);
-    OmMonitorFrame f = table_frame(&t, true);
-    assert_true(f.nmoved > 100);
-    assert_near(f.mu, 0.008, 1e-3);
-    assert_int_equal(f.state, 3);
-    assert_ok(om_monitor_keep_rest(t.monitor, &t.obs));
-    f = table_frame(&t, true);
-    assert_int_equal(f.nmoved, 0);
-    assert_true(f.mu == 0 && f.state == 0 && f.rest < 1e-6);
-    // the other side is lifted by 10 mm, in the twin by 13 mm
-    for (int i = 0; i < nvert; ++i) {
-        if (om_load3(t.site.mesh.x, i).x >= -0.03) continue;
-        x[3 * i + 2] += 0.010;
-        t.x[3 * i + 2] += 0.013;
-    }
-    table_see(&t, x);
-    f = table_frame(&t, true);
-    printf("after a release: %d points moved, mu %.2f mm\n", f.nmoved, 1e3 * f.mu);
-    assert_true(f.nmoved > 100);
-    assert_near(f.mu, 0.003, 0.5e-3);
-    assert_int_equal(f.state, 1);
-    // lifted tissue of the twin alone moves, too
-    memcpy(t.x, t.site.mesh.x, 3 * (size_t)nvert * sizeof *t.x);
-    assert_near(table_frame(&t, true).mu, 0.010, 1e-3);
-    // an observation that is not good changes nothing
-    t.obs.rgbd.time -= 1;
-    OmMonitorFrame stale;
-    t.obs.time += 1.0 / 30;
-    assert_ok(om_monitor_frame(t.monitor, &t.obs, t.x, true, &stale));
-    assert_true(stale.is_stale);
-    assert_ok(om_monitor_keep_rest(t.monitor, &t.obs));
-    t.obs.rgbd.time = t.obs.time;
-    assert_near(table_frame(&t, true).mu, 0.010, 1e-3);
-    om_monitor_reset(t.monitor);
-    assert_true(table_frame(&t, true).nmoved > 100);
-    free(x);
-    table_destroy(&t);
-}
-
 // ---- states and time ---------------------------------------------------------------------------------------------
 
 static void states_are_those_of_the_algorithm(void** state) {
@@ -905,7 +848,6 @@ int main(void) {
         cmocka_unit_test(tissue_behind_the_organ_does_not_count),
         cmocka_unit_test(nothing_seen_changes_nothing),
         cmocka_unit_test(wrong_input_is_refused),
-        cmocka_unit_test(released_tissue_is_the_rest),
         cmocka_unit_test(states_are_those_of_the_algorithm),
         cmocka_unit_test(states_of_a_part_end_at_two),
         cmocka_unit_test(frames_are_due_once_a_period),
