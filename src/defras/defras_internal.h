@@ -190,6 +190,7 @@ struct OmLoop {
     double settle_begin;            // s, of STAGE_SETTLE
     double part_rest;               // m, OmMonitorFrame.part before the present grasp
     int part_state;                 // 0 to 2
+    int fold_state;                 // by the limits of folds; 0 before a fold of this grasp
     int warning_action;             // largest during the current action
     double state3_begin;            // s, since when it is 3
     bool has_grasped;               // tissue, in this operation

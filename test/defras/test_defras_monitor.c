@@ -545,9 +545,10 @@ static void wrong_input_is_refused(void** state) {
     struct {
         OmMonitorDef def;
         const char* field;
-    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"},    {t.def, "hysteresis"},
-                 {t.def, "rate"},        {t.def, "npoint"},   {t.def, "nray"},
-                 {t.def, "max_age"},     {t.def, "quantile"}, {t.def, "site"}};
+    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"},     {t.def, "hysteresis"},
+                 {t.def, "rate"},        {t.def, "npoint"},    {t.def, "nray"},
+                 {t.def, "max_age"},     {t.def, "quantile"},  {t.def, "site"},
+                 {t.def, "fold_limit"},  {t.def, "fold_limit"}};
     wrong[0].def.cookie = 0;
     wrong[1].def.settings.limit[2] = 0.004;
     wrong[2].def.settings.hysteresis = 0.002;
@@ -557,6 +558,8 @@ static void wrong_input_is_refused(void** state) {
     wrong[6].def.max_age = 0;
     wrong[7].def.settings.quantile = 1;
     wrong[8].def.space.site = NULL;
+    wrong[9].def.settings.fold_limit[0] = 0;
+    wrong[10].def.settings.fold_limit[0] = 0.0004;  // below the hysteresis
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
         assert_status(om_monitor_create(&wrong[i].def, &none), OM_INVALID);
         assert_null(none);
@@ -603,6 +606,23 @@ static void states_of_a_part_end_at_two(void** state) {
     }
     s.part_limit[0] = s.part_limit[1] = 0;
     assert_int_equal(om_monitor_next_part_state(&s, 0, 0.1), 0);
+}
+
+static void states_of_a_fold_have_their_limits(void** state) {
+    (void)state;
+    OmSceneMonitor s = om_scene_default().monitor;
+    static const struct {
+        int from;
+        double mu;
+        int to, plain;
+    } row[] = {{0, 3.9, 0, 1},  {0, 4.1, 1, 2},  {0, 8.1, 2, 3}, {0, 12.1, 3, 3},
+               {3, 11.6, 3, 3}, {3, 11.4, 2, 3}, {1, 3.6, 1, 1}, {1, 3.4, 0, 1}};
+    for (int k = 0; k < 2; ++k) {  // without limits of folds: those of Alg. 5
+        for (size_t i = 0; i < sizeof row / sizeof *row; ++i)
+            assert_int_equal(om_monitor_next_fold_state(&s, row[i].from, 1e-3 * row[i].mu),
+                             k ? row[i].plain : row[i].to);
+        memset(s.fold_limit, 0, sizeof s.fold_limit);
+    }
 }
 
 // Ticks of 20 ms: tick i is in the frame period 3 i / 5, by integers.
@@ -849,6 +869,7 @@ int main(void) {
         cmocka_unit_test(nothing_seen_changes_nothing),
         cmocka_unit_test(wrong_input_is_refused),
         cmocka_unit_test(states_are_those_of_the_algorithm),
+        cmocka_unit_test(states_of_a_fold_have_their_limits),
         cmocka_unit_test(states_of_a_part_end_at_two),
         cmocka_unit_test(frames_are_due_once_a_period),
         cmocka_unit_test(the_twin_is_seen_behind_the_measured_tools),

@@ -89,6 +89,7 @@ static OmScene warn_scene(double one, double two, double three) {
     scene.monitor.hysteresis = 0.2 * one;
     scene.monitor.part_limit[0] = scene.monitor.part_limit[1] = 0;
     scene.monitor.is_fold_at_rest = false;
+    memset(scene.monitor.fold_limit, 0, sizeof scene.monitor.fold_limit);
     return scene;
 }
 
@@ -310,6 +311,7 @@ static bool is_first_fold(const OmLoop* loop) {
 typedef struct FoldCase {
     bool at_rest, remains;
     double second, aside;  // m, limit of state 2
+    double fold;           // m, the second limit of folds; 0: none
 } FoldCase;
 
 typedef struct FoldSeen {
@@ -348,14 +350,17 @@ static void test_a_fold_at_rest(void** state) {
     static const FoldCase f[] = {{false, false, 0.05, 0.015},
                                  {true, false, 0.05, 0.015},
                                  {true, true, 0.05, 0.015},
-                                 {true, false, 0.5e-3, 0.015}};
-    FoldSeen s[4];
-    int ntaken[4];
-    for (int k = 0; k < 4; ++k) {
+                                 {true, false, 0.5e-3, 0.015},
+                                 {true, false, 0.5e-3, 0.015, 0.05}};
+    FoldSeen s[5];
+    int ntaken[5];
+    for (int k = 0; k < 5; ++k) {
         Course c;
         OmScene scene = warn_scene(0.3e-3, f[k].second, 0.06);
         scene.believed = om_scene_default().believed;
         scene.monitor.is_fold_at_rest = f[k].at_rest;
+        const double fold[] = {0.3e-3, f[k].fold, 0.06};
+        if (f[k].fold > 0) memcpy(scene.monitor.fold_limit, fold, sizeof fold);
         scene.task.visibility = 1.5;  // nothing exposes it
         course_begin_as(&c, scene, OM_SITE_TWIN, true, false);
         s[k] = watch_fold(&c, &f[k]);
@@ -368,6 +373,7 @@ static void test_a_fold_at_rest(void** state) {
     assert_near(s[2].warned - s[2].end, 1.5, 0.11);
     assert_true(ntaken[2] > 0);
     assert_true(s[3].warned <= s[3].end && s[3].nstop == 1 && ntaken[3] > 0);  // state 2: at once
+    assert_true(isnan(s[4].warned) && s[4].nstop == 0 && ntaken[4] == 0);
 }
 
 // If no attachments explain the picture, the twin follows it: mu falls, and the attachments are those from before. The
