@@ -61,8 +61,8 @@ static void test_a_sheet(void** state) {
         "  retract_mm: 95\n"
         "  ahead: 5\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
-        "400, quantile: 0.75, region: moved, part_limits_mm: [3, 5], part_share: 0.04, fold_limits_mm: [2.5, 5, 9], fold_at_rest: "
-        "false}\n");
+        "400, quantile: 0.75, region: moved, part_limits_mm: [3, 5], part_share: 0.04, "
+        "fold_limits_mm: [2.5, 5, 9], fold_at_rest: false}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
