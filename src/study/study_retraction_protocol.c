@@ -33,6 +33,10 @@
 // exposed. Parts warn from 6 and 12 mm on: with 4 and 8 mm 17 of 17 estimates in the scenarios were refused, at mu
 // about 0.1 mm and parts of 3.7 to 4.6 mm. Nine development pairs with DOUBT (defras_doubt.c): with 4 and 8 mm 8
 // exposed and 15 estimates of 34 good, with 6 and 12 mm all exposed and 9 of 13 good.
+//
+// Table 6.5 is about the share that is seen, not about 80 %: in the laboratory motions end 17 % above it. On the
+// development alarms 3501 to 3514 (sheets of the scenarios, plans before with 5 %) 98 % are seen in the mean, with 5 %
+// 91 %, in the same number of actions and 0.2 s more.
 #include <stdio.h>
 #include <string.h>
 
@@ -56,6 +60,7 @@
 #define LAB_EPSILON 12.02
 #define LAB_MARGIN 0
 #define LAB_TOOL_NOISE (0.0017 / 1.596)
+#define LAB_VISIBILITY_MARGIN 0.17
 
 const char* const om__retraction_kind_name[RETRACTION_NKIND] = {"fewer", "more", "same", "other",
                                                                 "none"};
@@ -146,6 +151,7 @@ static OmScene lab_scene(const RetractionCase* c) {
     s.world.tool_noise = LAB_TOOL_NOISE;
     s.task.force_threshold = LAB_EPSILON;
     s.task.force_margin = LAB_MARGIN;
+    s.task.visibility_margin = LAB_VISIBILITY_MARGIN;
     return s;
 }
 
