@@ -75,8 +75,10 @@ static OmStatus add_pair(Retraction* s, int seed, bool is_asked) {
     char name[64];
     snprintf(name, sizeof name, "pair-%d-%s", seed,
              om__retraction_kind_name[om__retraction_pair_kind(seed)]);
-    if (!is_asked && !is_there(s, name)) return OM_OK;
-    r->is_asked = is_asked;
+    const bool is_known = is_there(s, name);
+    if (!is_asked && !is_known) return OM_OK;
+    // a search asks for what is possible where DEFRAS failed
+    r->is_asked = is_asked || (is_known && s->def->parts & OM_RETRACTION_SEARCHES);
     ++s->ncase;
     return om__retraction_pair(seed, s->def->is_quick, &r->c);
 }
