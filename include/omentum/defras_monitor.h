@@ -105,7 +105,7 @@ OM_API OmStatus om_monitor_try(OmMonitor* monitor, const OmObservation* observat
                                const double* x_twin, OmMonitorFrame* frame);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
-/// The same where held tissue was folded since its grasp: with fold_limit of the settings, if they have it.
+/// The same where held tissue was folded since its grasp: the limits times fold_factor of the settings.
 OM_API int om_monitor_next_fold_state(const OmSceneMonitor* settings, int state, double mu);
 /// The same by OmMonitorFrame.part: 0 to 2, with part_limit of the settings; 0 where parts are not watched.
 /// @param part  m, less its value before the present grasp

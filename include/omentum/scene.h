@@ -246,9 +246,9 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];
     double part_share;  // of the measured points, that make a part; default 0.02
-    // m, the limits of mu while tissue is held that was folded since its grasp; ascending, or all 0: those above (Alg.
-    // 5). Default 4, 8 and 12 mm. Ours: a fold tips over at another moment than in the twin.
-    double fold_limit[3];
+    // On limit[] while tissue is held that was folded since its grasp, 1 or more; default 2, 1: Alg. 5. Ours: a fold
+    // tips over at another moment than in the twin.
+    double fold_factor;
     // State 1 of a fold is judged when it has ended and the tissue rests, not while it moves; default true. Folded
     // tissue tips over at another moment than in the twin. Ours; false: Alg. 5.
     bool is_fold_at_rest;

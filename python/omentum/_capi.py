@@ -2438,9 +2438,9 @@ class OmSceneMonitor(Struct):
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];
     double part_share;  // of the measured points, that make a part; default 0.02
-    // m, the limits of mu while tissue is held that was folded since its grasp; ascending, or all 0: those above (Alg.
-    // 5). Default 4, 8 and 12 mm. Ours: a fold tips over at another moment than in the twin.
-    double fold_limit[3];
+    // On limit[] while tissue is held that was folded since its grasp, 1 or more; default 2, 1: Alg. 5. Ours: a fold
+    // tips over at another moment than in the twin.
+    double fold_factor;
     // State 1 of a fold is judged when it has ended and the tissue rests, not while it moves; default true. Folded
     // tissue tips over at another moment than in the twin. Ours; false: Alg. 5.
     bool is_fold_at_rest;
@@ -2454,7 +2454,7 @@ class OmSceneMonitor(Struct):
     region: int
     part_limit: Numbers
     part_share: float
-    fold_limit: Numbers
+    fold_factor: float
     is_fold_at_rest: bool
 
 
@@ -7074,7 +7074,7 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool), ("learns_modulus_by_shape", c_bool)], {})
-complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double), ("fold_limit", c_double * 3), ("is_fold_at_rest", c_bool)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double), ("fold_factor", c_double), ("is_fold_at_rest", c_bool)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})

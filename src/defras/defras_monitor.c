@@ -96,13 +96,8 @@ static OmStatus check_def(const OmMonitorDef* d) {
                  (s->part_limit[0] < s->part_limit[1] || s->part_limit[1] == 0),
              OM_INVALID, "OmSceneMonitor.part_limit is %g, %g m; ascending, or both 0",
              s->part_limit[0], s->part_limit[1]);
-    const double* fold = s->fold_limit;
-    const bool has_fold = fold[0] > s->hysteresis && fold[0] < fold[1] && fold[1] < fold[2];
-    OM_CHECK((has_fold && isfinite(fold[2])) || (fold[0] == 0 && fold[1] == 0 && fold[2] == 0),
-             OM_INVALID,
-             "OmSceneMonitor.fold_limit is %g, %g, %g m; above the hysteresis and ascending, or "
-             "all 0",
-             fold[0], fold[1], fold[2]);
+    OM_CHECK(s->fold_factor >= 1 && isfinite(s->fold_factor), OM_INVALID,
+             "OmSceneMonitor.fold_factor is %g; 1 or more", s->fold_factor);
     OM_CHECK(s->part_share > 0 && s->part_share < 1, OM_INVALID,
              "OmSceneMonitor.part_share is %g; above 0 and below 1", s->part_share);
     OM_CHECK(d->nray >= 256 && d->nray <= 1 << 20, OM_INVALID, "OmMonitorDef.nray is %d; 256 to %d",
@@ -223,7 +218,7 @@ int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu) 
 
 int om_monitor_next_fold_state(const OmSceneMonitor* settings, int state, double mu) {
     OmSceneMonitor limits = *settings;
-    if (limits.fold_limit[2] > 0) memcpy(limits.limit, limits.fold_limit, sizeof limits.limit);
+    for (int k = 0; k < 3; ++k) limits.limit[k] *= settings->fold_factor;
     return om_monitor_next_state(&limits, state, mu);
 }
 

@@ -14,11 +14,12 @@ static void add_counts(OmReport* report, const OmSceneMonitor* m, const OmRetrac
         r->nmonitor, 1e3 * r->mu_max, 1e3 * m->limit[0], r->nwarning[0], 1e3 * m->limit[1],
         r->nwarning[1], 1e3 * m->limit[2], r->nwarning[2]);
     om_report_paragraph(report, text);
-    if (m->fold_limit[2] == 0) return;
+    if (m->fold_factor == 1) return;
     snprintf(text, sizeof text,
              "From a fold until the release the limits are %.3g, %.3g and %.3g mm: folded tissue "
              "tips over at another moment than in the twin.",
-             1e3 * m->fold_limit[0], 1e3 * m->fold_limit[1], 1e3 * m->fold_limit[2]);
+             1e3 * m->fold_factor * m->limit[0], 1e3 * m->fold_factor * m->limit[1],
+             1e3 * m->fold_factor * m->limit[2]);
     om_report_paragraph(report, text);
 }
 

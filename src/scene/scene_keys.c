@@ -336,11 +336,8 @@ static const OmYamlField monitor_field[] = {
          "a pull is 1 and 2; ascending; [0, 0]: parts are not watched"},
     {"part_share", OM_YAML_DOUBLE, AT(OmSceneMonitor, part_share), .min = 0.001, .max = 0.5,
      .help = "share of the measured points that makes a part"},
-    {"fold_limits_mm", OM_YAML_NUMBERS, AT(OmSceneMonitor, fold_limit), .min = 0, .max = 100,
-     .scale = MM, .capacity = 3, .unit = "mm",
-     .help =
-         "limits of the discrepancy while tissue is held that was folded; ascending; [0, 0, 0]: "
-         "limits_mm"},
+    {"fold_factor", OM_YAML_DOUBLE, AT(OmSceneMonitor, fold_factor), .min = 1, .max = 10,
+     .help = "on limits_mm while tissue is held that was folded"},
     {"fold_at_rest", OM_YAML_BOOL, AT(OmSceneMonitor, is_fold_at_rest),
      .help = "is state 1 of a fold judged when the fold has ended and the tissue rests?"},
 };

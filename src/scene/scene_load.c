@@ -81,7 +81,7 @@ OmScene om_scene_default(void) {
                                  .quantile = 0.5,
                                  .part_limit = {4 * MM, 8 * MM},
                                  .part_share = 0.02,
-                                 .fold_limit = {4 * MM, 8 * MM, 12 * MM},
+                                 .fold_factor = 2,
                                  .is_fold_at_rest = true};
     return s;
 }
@@ -123,12 +123,6 @@ static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(part[0] == 0 || s->monitor.hysteresis < part[0], OM_INVALID,
              "%s: monitor: hysteresis_mm %g must be below the first of part_limits_mm, %g", name,
              1e3 * s->monitor.hysteresis, 1e3 * part[0]);
-    const double* fold = s->monitor.fold_limit;
-    OM_CHECK((fold[0] < fold[1] && fold[1] < fold[2]) || (fold[0] == 0 && fold[2] == 0), OM_INVALID,
-             "%s: monitor: fold_limits_mm must ascend, or all be 0", name);
-    OM_CHECK(fold[2] == 0 || s->monitor.hysteresis < fold[0], OM_INVALID,
-             "%s: monitor: hysteresis_mm %g must be below the first of fold_limits_mm, %g", name,
-             1e3 * s->monitor.hysteresis, 1e3 * fold[0]);
     const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
     for (int i = 0; i < 2; ++i) {
         OmVec3 c = *cells[i];

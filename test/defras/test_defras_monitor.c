@@ -545,10 +545,10 @@ static void wrong_input_is_refused(void** state) {
     struct {
         OmMonitorDef def;
         const char* field;
-    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"},     {t.def, "hysteresis"},
-                 {t.def, "rate"},        {t.def, "npoint"},    {t.def, "nray"},
-                 {t.def, "max_age"},     {t.def, "quantile"},  {t.def, "site"},
-                 {t.def, "fold_limit"},  {t.def, "fold_limit"}};
+    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"},      {t.def, "hysteresis"},
+                 {t.def, "rate"},        {t.def, "npoint"},     {t.def, "nray"},
+                 {t.def, "max_age"},     {t.def, "quantile"},   {t.def, "site"},
+                 {t.def, "fold_factor"}, {t.def, "fold_factor"}};
     wrong[0].def.cookie = 0;
     wrong[1].def.settings.limit[2] = 0.004;
     wrong[2].def.settings.hysteresis = 0.002;
@@ -558,8 +558,8 @@ static void wrong_input_is_refused(void** state) {
     wrong[6].def.max_age = 0;
     wrong[7].def.settings.quantile = 1;
     wrong[8].def.space.site = NULL;
-    wrong[9].def.settings.fold_limit[0] = 0;
-    wrong[10].def.settings.fold_limit[0] = 0.0004;  // below the hysteresis
+    wrong[9].def.settings.fold_factor = 0.99;
+    wrong[10].def.settings.fold_factor = NAN;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
         assert_status(om_monitor_create(&wrong[i].def, &none), OM_INVALID);
         assert_null(none);
@@ -621,7 +621,7 @@ static void states_of_a_fold_have_their_limits(void** state) {
         for (size_t i = 0; i < sizeof row / sizeof *row; ++i)
             assert_int_equal(om_monitor_next_fold_state(&s, row[i].from, 1e-3 * row[i].mu),
                              k ? row[i].plain : row[i].to);
-        memset(s.fold_limit, 0, sizeof s.fold_limit);
+        s.fold_factor = 1;
     }
 }
 

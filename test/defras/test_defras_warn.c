@@ -89,7 +89,7 @@ static OmScene warn_scene(double one, double two, double three) {
     scene.monitor.hysteresis = 0.2 * one;
     scene.monitor.part_limit[0] = scene.monitor.part_limit[1] = 0;
     scene.monitor.is_fold_at_rest = false;
-    memset(scene.monitor.fold_limit, 0, sizeof scene.monitor.fold_limit);
+    scene.monitor.fold_factor = 1;
     return scene;
 }
 
@@ -311,7 +311,7 @@ static bool is_first_fold(const OmLoop* loop) {
 typedef struct FoldCase {
     bool at_rest, remains;
     double second, aside;  // m, limit of state 2
-    double fold;           // m, the second limit of folds; 0: none
+    double fold;           // factor on the limits in folds; 0: 1
 } FoldCase;
 
 typedef struct FoldSeen {
@@ -325,13 +325,14 @@ static FoldSeen watch_fold(Course* c, const FoldCase* f) {
         const bool is_moving = c->loop->stage == STAGE_ACTION;
         const bool is_still = c->loop->stage == STAGE_SETTLE && f->remains;
         const bool is_fold = is_first_fold(c->loop);
+        const int n = om_loop_result(c->loop)->naction;
         if (is_fold && ((is_moving && isnan(s.end)) || is_still))
             c->loop->arm[c->loop->action.plan.arm].twin_off = om_vec3(f->aside, 0, 0);
         assert_ok(om_loop_tick(c->loop));
         if (is_fold) s.mu = fmax(s.mu, c->loop->frame.mu);
         if (!is_fold && isnan(s.end)) s.before = fmax(s.before, c->loop->frame.mu);
-        if (is_fold && is_moving && c->loop->stage != STAGE_ACTION && isnan(s.end))
-            s.end = c->loop->time;
+        const bool has_ended = om_loop_result(c->loop)->naction > n;
+        if (is_fold && is_moving && has_ended && isnan(s.end)) s.end = c->loop->time;
         if (isnan(s.warned) && om_loop_warning(c->loop) > 0) s.warned = c->loop->time;
     }
     const OmRetractResult* r = om_loop_result(c->loop);
@@ -351,7 +352,7 @@ static void test_a_fold_at_rest(void** state) {
                                  {true, false, 0.05, 0.015},
                                  {true, true, 0.05, 0.015},
                                  {true, false, 0.5e-3, 0.015},
-                                 {true, false, 0.5e-3, 0.015, 0.05}};
+                                 {true, false, 0.5e-3, 0.015, 4}};
     FoldSeen s[5];
     int ntaken[5];
     for (int k = 0; k < 5; ++k) {
@@ -359,8 +360,7 @@ static void test_a_fold_at_rest(void** state) {
         OmScene scene = warn_scene(0.3e-3, f[k].second, 0.06);
         scene.believed = om_scene_default().believed;
         scene.monitor.is_fold_at_rest = f[k].at_rest;
-        const double fold[] = {0.3e-3, f[k].fold, 0.06};
-        if (f[k].fold > 0) memcpy(scene.monitor.fold_limit, fold, sizeof fold);
+        scene.monitor.fold_factor = f[k].fold > 0 ? f[k].fold : 1;
         scene.task.visibility = 1.5;  // nothing exposes it
         course_begin_as(&c, scene, OM_SITE_TWIN, true, false);
         s[k] = watch_fold(&c, &f[k]);
