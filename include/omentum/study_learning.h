@@ -34,7 +34,12 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int ntrain_setting;  //
     // more settings, for evaluation alone; default still=100 (neval_setting)
     const OmRlSetting* eval_setting;
-    int neval_setting;      //
+    int neval_setting;  //
+    // more settings, for the evaluations that choose a policy of a training (nchoice_setting): bodies and errors of the
+    // tip are drawn, so that the policy bears what it does not know; default variants=6, vary_thickness=0.1,
+    // vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7
+    const OmRlSetting* choice_setting;
+    int nchoice_setting;
     bool has[OM_NLEARNER];  // default all
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;          // of a training of PPO, default 524,288
@@ -56,8 +61,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     // Evaluations during the trainings of PPO and GAIL, in the task of the evaluation, from drawn starts: the policy
     // with the best one is the result (OmRlTrainDef).
     int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 0
-    int eval_nepisode;                  // default 64
-    int eval_stop;                      // of PPO; default 3
+    int eval_nepisode;                  // default 192
     int ndemo;                          // default 35
     bool has_reality;                   // evaluate with world=reality too; default true
     int nworker;                        // default 0: one a processor

@@ -1,13 +1,14 @@
 // rl_eval.c: episodes of a policy, of an expert, or of random actions.
 //
-// One vector of environments runs all episodes side by side. Each environment runs one episode and then waits.
+// A vector of environments runs groups of episodes side by side. Each environment runs one episode and then waits for
+// the next group. So memory does not grow with the number of episodes.
 #include <math.h>
 #include <string.h>
 
 #include "rl/rl_internal.h"
 
 #define COOKIE 0x6576616cu
-enum { DRAWN = 100 };
+enum { DRAWN = 100, GROUP = 64 };
 
 OmRlEvalDef om_rl_eval_default_def(const OmRlTask* task, OmRlPolicy* policy) {
     return (OmRlEvalDef){.cookie = COOKIE, .task = task, .policy = policy, .seed = 1000};
@@ -24,7 +25,9 @@ void om_rl_eval_done(OmRlEval* e) {
 
 typedef struct Running {
     const OmRlEvalDef* def;
-    int n;
+    int n;             // episodes
+    int nenv;          // environments
+    int begin, count;  // episodes of the group
     OmRlVec* vec;
     OmRlActor* actor;
     float* obs;
@@ -37,27 +40,37 @@ typedef struct Running {
 static OmStatus running_init(const OmRlEvalDef* def, int n, Running* r) {
     const OmRlTask* task = def->task;
     OmRlVecDef vec = om_rl_vec_default_def(task);
-    const bool is_drawn = def->is_drawn || task->nstart == 0;
     r->def = def;
     r->n = n;
-    vec.nenv = n;
+    r->nenv = vec.nenv = n < GROUP ? n : GROUP;
     vec.nworker = def->nworker;
     vec.seed = def->seed;
+    vec.has_autoreset = false;
     OM_TRY(om_rl_vec_create(&vec, &r->vec));
-    if (def->policy && !def->is_expert) OM_TRY(om_rl_actor_create(def->policy, n, &r->actor));
-    OM_ALLOC(r->obs, (size_t)n * (size_t)task->nobservation);
-    OM_ALLOC(r->action, (size_t)n * (size_t)task->naction);
-    OM_ALLOC(r->length, n);
-    OM_ALLOC(r->rng, n);
-    OM_ALLOC(r->sum, n);
-    OM_ALLOC(r->info, (size_t)n * OM_RL_MAX_INFO);
-    OM_ALLOC(r->is_terminated, n);
-    OM_ALLOC(r->is_truncated, n);
-    r->is_done = om_calloc((size_t)n, sizeof(bool));
-    if (!r->is_done) return OM_NO_MEMORY;
-    for (int i = 0; i < n; ++i) {
-        r->rng[i] = om_rng_init(def->seed, 0x6576616c00000000ull + (uint64_t)i);
-        OM_TRY(om_rl_vec_reset_one(r->vec, i, is_drawn ? -1 : i % task->nstart,
+    if (def->policy && !def->is_expert) OM_TRY(om_rl_actor_create(def->policy, r->nenv, &r->actor));
+    OM_ALLOC(r->obs, (size_t)r->nenv * (size_t)task->nobservation);
+    OM_ALLOC(r->action, (size_t)r->nenv * (size_t)task->naction);
+    OM_ALLOC(r->length, r->nenv);
+    OM_ALLOC(r->rng, r->nenv);
+    OM_ALLOC(r->sum, r->nenv);
+    OM_ALLOC(r->info, (size_t)r->nenv * OM_RL_MAX_INFO);
+    OM_ALLOC(r->is_terminated, r->nenv);
+    OM_ALLOC(r->is_truncated, r->nenv);
+    OM_ALLOC(r->is_done, r->nenv);
+    memset(r->obs, 0, (size_t)r->nenv * (size_t)task->nobservation * sizeof *r->obs);
+    memset(r->action, 0, (size_t)r->nenv * (size_t)task->naction * sizeof *r->action);
+    return OM_OK;
+}
+
+static OmStatus begin_group(Running* r, int begin) {
+    const OmRlTask* task = r->def->task;
+    const bool is_drawn = r->def->is_drawn || task->nstart == 0;
+    r->begin = begin;
+    r->count = r->n - begin < r->nenv ? r->n - begin : r->nenv;
+    for (int i = 0; i < r->nenv; ++i) r->is_done[i] = i >= r->count;
+    for (int i = 0; i < r->count; ++i) {
+        r->rng[i] = om_rng_init(r->def->seed, 0x6576616c00000000ull + (uint64_t)(begin + i));
+        OM_TRY(om_rl_vec_reset_one(r->vec, i, is_drawn ? -1 : (begin + i) % task->nstart,
                                    r->obs + (ptrdiff_t)i * task->nobservation));
     }
     return OM_OK;
@@ -82,7 +95,7 @@ static OmStatus choose(Running* r) {
     if (r->actor)
         return om_rl_actor_act(r->actor, r->obs, r->def->is_random ? r->rng : NULL, r->action,
                                NULL);
-    for (int i = 0; i < r->n; ++i) {
+    for (int i = 0; i < r->count; ++i) {
         int* a = r->action + (ptrdiff_t)i * task->naction;
         if (r->def->is_expert)
             OM_TRY(om_rl_vec_expert(r->vec, i, &r->rng[i], a));
@@ -93,14 +106,24 @@ static OmStatus choose(Running* r) {
     return OM_OK;
 }
 
-static OmStatus run(Running* r, const OmProgress* progress, OmRlEval* e) {
+static void keep_episode(const Running* r, int i, OmRlEval* e) {
     const OmRlTask* task = r->def->task;
-    const int score = om__rl_score_index(task);
-    int left = r->n;
-    for (int t = 0; left > 0; ++t) {
-        OM_TRY(om_progress_report(progress, "episodes", r->n - left, r->n));
+    const double* info = r->info + (ptrdiff_t)i * task->ninfo;
+    const int score = om__rl_score_index(task), at = r->begin + i;
+    e->ret[at] = r->sum[i];
+    e->length[at] = r->length[i];
+    e->is_ended[at] = r->is_terminated[i];
+    e->score[at] = score < 0 ? r->sum[i] : info[score];
+    for (int k = 0; k < task->ninfo; ++k) e->info[(ptrdiff_t)at * task->ninfo + k] = info[k];
+}
+
+static OmStatus run_group(Running* r, const OmProgress* progress, OmRlEval* e) {
+    const OmRlTask* task = r->def->task;
+    int left = r->count;
+    while (left > 0) {
+        OM_TRY(om_progress_report(progress, "episodes", r->begin + r->count - left, r->n));
         OM_TRY(choose(r));
-        for (int i = 0; i < r->n; ++i)
+        for (int i = 0; i < r->nenv; ++i)
             if (r->is_done[i]) r->action[(ptrdiff_t)i * task->naction] = OM_RL_WAIT;
         OM_TRY(om_rl_vec_step(r->vec, r->action,
                               &(OmRlStep){.obs = r->obs,
@@ -109,14 +132,9 @@ static OmStatus run(Running* r, const OmProgress* progress, OmRlEval* e) {
                                           .final_info = r->info,
                                           .final_return = r->sum,
                                           .final_length = r->length}));
-        for (int i = 0; i < r->n; ++i) {
+        for (int i = 0; i < r->count; ++i) {
             if (r->is_done[i] || !(r->is_terminated[i] || r->is_truncated[i])) continue;
-            e->ret[i] = r->sum[i];
-            e->length[i] = r->length[i];
-            e->is_ended[i] = r->is_terminated[i];
-            e->score[i] = score < 0 ? r->sum[i] : r->info[(ptrdiff_t)i * task->ninfo + score];
-            for (int k = 0; k < task->ninfo; ++k)
-                e->info[(ptrdiff_t)i * task->ninfo + k] = r->info[(ptrdiff_t)i * task->ninfo + k];
+            keep_episode(r, i, e);
             r->is_done[i] = true;
             --left;
         }
@@ -140,7 +158,10 @@ OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRl
     OM_ALLOC_DONE(eval->is_ended, n);
     OM_ALLOC_DONE(eval->info, (size_t)n * (size_t)def->task->ninfo + 1);
     OM_TRY_DONE(running_init(def, n, &r));
-    OM_TRY_DONE(run(&r, progress, eval));
+    for (int begin = 0; begin < n; begin += GROUP) {
+        OM_TRY_DONE(begin_group(&r, begin));
+        OM_TRY_DONE(run_group(&r, progress, eval));
+    }
     eval->nepisode = n;
     eval->min_score = eval->score[0];
     for (int i = 0; i < n; ++i) {

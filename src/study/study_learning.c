@@ -64,6 +64,11 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
     static const OmRlSetting coarse[] = {{"move_mm", "2"}, {"max_step", "150"}};
     static const OmRlSetting fine[] = {{"max_step", "700"}};
     static const OmRlSetting patient[] = {{"still", "100"}};
+    static const OmRlSetting varied[] = {{"variants", "6"},
+                                         {"vary_thickness", "0.1"},
+                                         {"vary_softness", "0.6"},
+                                         {"vary_kidney_mm", "2"},
+                                         {"tip_error_mm", "1.7"}};
     return (OmStudyLearningDef){.out_dir = out_dir,
                                 .task = "retract",
                                 .train_setting = coarse,
@@ -72,6 +77,8 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .ngail_setting = 1,
                                 .eval_setting = patient,
                                 .neval_setting = 1,
+                                .choice_setting = varied,
+                                .nchoice_setting = 5,
                                 .has = {true, true, true, true},
                                 .nseed = 3,
                                 .nstep = 524288,
@@ -89,8 +96,7 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .gail_batch = 128,
                                 .clone_epoch = 100,
                                 .eval_period = 16,
-                                .eval_nepisode = 64,
-                                .eval_stop = 3,
+                                .eval_nepisode = 192,
                                 .ndemo = 35,
                                 .has_reality = true,
                                 .cookie = COOKIE};
@@ -104,8 +110,9 @@ static OmStatus validate(const OmStudyLearningDef* d) {
     OM_CHECK(d->nseed >= 1 && d->nseed <= LEARNING_MAX_SEED, OM_INVALID,
              "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
     OM_CHECK(d->nsetting >= 0 && d->ntrain_setting >= 0 && d->ngail_setting >= 0 &&
-                 d->neval_setting >= 0 &&
-                 d->nsetting + d->ntrain_setting + d->ngail_setting + d->neval_setting <=
+                 d->neval_setting >= 0 && d->nchoice_setting >= 0 &&
+                 d->nsetting + d->ntrain_setting + d->ngail_setting + d->neval_setting +
+                         d->nchoice_setting <=
                      MAX_SETTING - 2,
              OM_INVALID, "learning study: more than %d settings", MAX_SETTING - 2);
     return OM_OK;
@@ -135,6 +142,15 @@ static OmStatus make_eval_task(const OmStudyLearningDef* d, bool is_reality, OmR
     int n = add_settings(d->setting, d->nsetting, 0, all);
     n = add_settings(d->eval_setting, d->neval_setting, n, all);
     if (is_reality) all[n++] = (OmRlSetting){"world", "reality"};
+    return om_rl_task_create(d->task, all, n, task);
+}
+
+// Of the evaluations that choose among the policies of a training.
+static OmStatus make_choice_task(const OmStudyLearningDef* d, OmRlTask** task) {
+    OmRlSetting all[MAX_SETTING];
+    int n = add_settings(d->setting, d->nsetting, 0, all);
+    n = add_settings(d->eval_setting, d->neval_setting, n, all);
+    n = add_settings(d->choice_setting, d->nchoice_setting, n, all);
     return om_rl_task_create(d->task, all, n, task);
 }
 
@@ -175,11 +191,11 @@ static OmStatus train(const Learning* s, OmStudyLearner learner, int seed, const
                       const OmProgress* progress, LearningRun* run, OmRlTrainResult* result) {
     const OmStudyLearningDef* d = s->def;
     char name[NAME], dir[1024];
-    OmRlTask *task, *eval_task;
+    OmRlTask *task, *choice_task;
     snprintf(name, sizeof name, "%s-%d", om_study_learner_name(learner), seed);
     OM_TRY(path_of(s, name, dir));
     OM_TRY(make_train_task(d, learner, &task));
-    OmStatus status = make_eval_task(d, false, &eval_task);
+    OmStatus status = make_choice_task(d, &choice_task);
     if (status < 0) {
         om_rl_task_destroy(task);
         return status;
@@ -194,12 +210,9 @@ static OmStatus train(const Learning* s, OmStudyLearner learner, int seed, const
     def.entropy = d->entropy;
     def.nworker = d->nworker;
     def.seed = def.policy.seed = (uint64_t)seed;
-    def.eval_task = eval_task;
+    def.eval_task = choice_task;
     def.eval_nepisode = d->eval_nepisode;
-    if (learner == OM_LEARNER_PPO) {
-        def.eval_period = d->eval_period;
-        def.eval_stop = d->eval_period > 0 && isfinite(eval_task->target) ? d->eval_stop : 0;
-    }
+    if (learner == OM_LEARNER_PPO) def.eval_period = d->eval_period;
     if (learner == OM_LEARNER_GAIL) {
         def.method = OM_RL_GAIL;
         def.nenv = d->gail_nenv;
@@ -217,7 +230,7 @@ static OmStatus train(const Learning* s, OmStudyLearner learner, int seed, const
     if (def.method != OM_RL_PPO) def.demos = demos;
     status = om_rl_train_run(&def, progress, result);
     if (status >= 0) status = keep_curve(result, run);
-    om_rl_task_destroy(eval_task);
+    om_rl_task_destroy(choice_task);
     om_rl_task_destroy(task);
     return status < 0 ? om_error_prefix(status, "%s", name) : status;
 }
