@@ -35,11 +35,11 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     // more settings, for evaluation alone; default still=100 (neval_setting)
     const OmRlSetting* eval_setting;
     int neval_setting;  //
-    // more settings, for the evaluations that choose a policy of a training (nchoice_setting): bodies and errors of the
-    // tip are drawn, so that the policy bears what it does not know; default variants=6, vary_thickness=0.1,
-    // vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7
-    const OmRlSetting* choice_setting;
-    int nchoice_setting;
+    // more settings, for demonstrations, for trainings but the thesis's, and for the evaluations that choose a policy of
+    // a training: bodies and errors of the tip are drawn, so that a policy bears what it does not know (5.6); default
+    // variants=6, vary_thickness=0.1, vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7 (nvaried_setting)
+    const OmRlSetting* varied_setting;
+    int nvaried_setting;
     bool has[OM_NLEARNER];  // default all
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;          // of a training of PPO, default 524,288
@@ -58,10 +58,10 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int gail_nenv;                 // default 16
     int gail_horizon, gail_batch;  // default 64, 128
     int clone_epoch;               // epochs of cloning before GAIL; default 100
-    // Evaluations during the trainings of PPO and GAIL, in the task of the evaluation, from drawn starts: the policy
+    // Evaluations during the trainings of PPO and GAIL, from drawn starts with the moves of the evaluation: the policy
     // with the best one is the result (OmRlTrainDef).
     int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 0
-    int eval_nepisode;                  // default 192
+    int eval_nepisode;                  // default 96
     int ndemo;                          // default 35
     bool has_reality;                   // evaluate with world=reality too; default true
     int nworker;                        // default 0: one a processor

@@ -72,7 +72,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     def->gail_nstep = gail_nstep;
     def->has_reality = om_cli_get(args, "--no-reality") == NULL;
     if (om_cli_get(args, "--same-task"))
-        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nchoice_setting = 0;
+        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0;
     return om_cli_int(args, "--workers", &def->nworker);
 }
 

@@ -77,8 +77,8 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .ngail_setting = 1,
                                 .eval_setting = patient,
                                 .neval_setting = 1,
-                                .choice_setting = varied,
-                                .nchoice_setting = 5,
+                                .varied_setting = varied,
+                                .nvaried_setting = 5,
                                 .has = {true, true, true, true},
                                 .nseed = 3,
                                 .nstep = 524288,
@@ -96,7 +96,7 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .gail_batch = 128,
                                 .clone_epoch = 100,
                                 .eval_period = 16,
-                                .eval_nepisode = 192,
+                                .eval_nepisode = 96,
                                 .ndemo = 35,
                                 .has_reality = true,
                                 .cookie = COOKIE};
@@ -110,9 +110,9 @@ static OmStatus validate(const OmStudyLearningDef* d) {
     OM_CHECK(d->nseed >= 1 && d->nseed <= LEARNING_MAX_SEED, OM_INVALID,
              "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
     OM_CHECK(d->nsetting >= 0 && d->ntrain_setting >= 0 && d->ngail_setting >= 0 &&
-                 d->neval_setting >= 0 && d->nchoice_setting >= 0 &&
+                 d->neval_setting >= 0 && d->nvaried_setting >= 0 &&
                  d->nsetting + d->ntrain_setting + d->ngail_setting + d->neval_setting +
-                         d->nchoice_setting <=
+                         d->nvaried_setting <=
                      MAX_SETTING - 2,
              OM_INVALID, "learning study: more than %d settings", MAX_SETTING - 2);
     return OM_OK;
@@ -125,15 +125,21 @@ static int add_settings(const OmRlSetting* from, int nfrom, int n, OmRlSetting* 
     return n;
 }
 
-// Of the demonstrations and of the learners that use them: they have the moves of the evaluation.
+// Bodies and errors of the tip are drawn, but for the thesis's learner. Demonstrations and the learners that use them
+// have the moves of the evaluation.
 static OmStatus make_train_task(const OmStudyLearningDef* d, OmStudyLearner learner,
                                 OmRlTask** task) {
     OmRlSetting all[MAX_SETTING];
-    const bool is_coarse = learner == OM_LEARNER_THESIS || learner == OM_LEARNER_PPO;
+    const bool is_thesis = learner == OM_LEARNER_THESIS;
     int n = add_settings(d->setting, d->nsetting, 0, all);
-    if (is_coarse) n = add_settings(d->train_setting, d->ntrain_setting, n, all);
-    if (!is_coarse) n = add_settings(d->gail_setting, d->ngail_setting, n, all);
-    if (learner == OM_LEARNER_THESIS) all[n++] = (OmRlSetting){"reward", "thesis"};
+    if (is_thesis || learner == OM_LEARNER_PPO)
+        n = add_settings(d->train_setting, d->ntrain_setting, n, all);
+    else
+        n = add_settings(d->gail_setting, d->ngail_setting, n, all);
+    if (is_thesis)
+        all[n++] = (OmRlSetting){"reward", "thesis"};
+    else
+        n = add_settings(d->varied_setting, d->nvaried_setting, n, all);
     return om_rl_task_create(d->task, all, n, task);
 }
 
@@ -150,7 +156,7 @@ static OmStatus make_choice_task(const OmStudyLearningDef* d, OmRlTask** task) {
     OmRlSetting all[MAX_SETTING];
     int n = add_settings(d->setting, d->nsetting, 0, all);
     n = add_settings(d->eval_setting, d->neval_setting, n, all);
-    n = add_settings(d->choice_setting, d->nchoice_setting, n, all);
+    n = add_settings(d->varied_setting, d->nvaried_setting, n, all);
     return om_rl_task_create(d->task, all, n, task);
 }
 

@@ -76,6 +76,45 @@ static int run_expert(const OmRlTask* task, OmRlRetractState* s, uint64_t seed) 
     return k;
 }
 
+// The expert grasps near the place of reward (b), pulls the fat past p_T and ends at p_T. That way also exposes the
+// tumour under the softer fat of the thesis, where a straight way to p_T has a mean TE below 0.5.
+static void test_expert(void** state) {
+    (void)state;
+    const OmRlSetting soft[] = {{"tissue", "thesis"}, {"tip_error_mm", "1.7"}};
+    OmRlTask* thesis = make(soft, 2);
+    double sum = 0, lowest = 1;
+    for (int k = 0; k < 4; ++k) {
+        const OmRlTask* task = k < 2 ? shared : thesis;
+        const OmRlRetract* t = om__rl_retract(task);
+        OmRlRetractState* s = make_state(task);
+        OmRng rng = om_rng_init(40 + (uint64_t)k, 1);
+        double past = 0, over = 0, info[4], reward;
+        bool is_end = false;
+        assert_ok(task->ops->reset(task, s, om_rng_init(7, (uint64_t)k), k % 2 ? 44 : 4));
+        for (int i = 0; i < 900 && !is_end; ++i) {
+            int action[4];
+            task->ops->expert(task, s, &rng, action);
+            assert_ok(task->ops->step(task, s, action, &reward, &is_end));
+            past = fmax(past, s->now.tip.x - t->def.target.x);
+            over = fmax(over, s->now.tip.z - t->def.target.z);
+        }
+        assert_ok(task->ops->info(task, s, info));
+        printf("along %.1f across %.1f mm, past %.1f over %.1f mm, TE %.3f\n", 1e3 * s->now.along,
+               1e3 * s->now.across, 1e3 * past, 1e3 * over, info[0]);
+        assert_true(is_end);
+        assert_below(om_distance(s->now.tip, t->def.target), 0.002);
+        assert_true(past > 0.004 && over > 0.008);  // a slip may end the way past p_T
+        // noise of the place, 3 mm on average, and 2 mm of tolerance, on a slope of about 45 degrees
+        if (k < 2) assert_below(hypot(s->now.along - t->goal_along, s->now.across), 0.012);
+        if (k < 2) lowest = fmin(lowest, info[0]);
+        if (k >= 2) sum += info[0] / 2;
+        task->ops->state_destroy(task, s);
+    }
+    om_rl_task_destroy(thesis);
+    assert_true(lowest >= 0.95);
+    assert_true(sum > 0.7);
+}
+
 static void test_scene(void** state) {
     (void)state;
     const OmRlRetract* t = om__rl_retract(shared);
@@ -375,12 +414,13 @@ static void test_settings(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scene),         cmocka_unit_test(test_exposure),
-        cmocka_unit_test(test_ground),        cmocka_unit_test(test_action),
-        cmocka_unit_test(test_thesis_reward), cmocka_unit_test(test_our_reward),
-        cmocka_unit_test(test_snapshots),     cmocka_unit_test(test_workers),
-        cmocka_unit_test(test_random),        cmocka_unit_test(test_sleep),
-        cmocka_unit_test(test_release),       cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_scene),      cmocka_unit_test(test_expert),
+        cmocka_unit_test(test_exposure),   cmocka_unit_test(test_ground),
+        cmocka_unit_test(test_action),     cmocka_unit_test(test_thesis_reward),
+        cmocka_unit_test(test_our_reward), cmocka_unit_test(test_snapshots),
+        cmocka_unit_test(test_workers),    cmocka_unit_test(test_random),
+        cmocka_unit_test(test_sleep),      cmocka_unit_test(test_release),
+        cmocka_unit_test(test_settings),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
