@@ -35,9 +35,9 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     // more settings, for evaluation alone; default still=100 (neval_setting)
     const OmRlSetting* eval_setting;
     int neval_setting;  //
-    // more settings, for demonstrations, for trainings but the thesis's, and for the evaluations that choose a policy of
-    // a training: bodies and errors of the tip are drawn, so that a policy bears what it does not know (5.6); default
-    // variants=6, vary_thickness=0.1, vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7 (nvaried_setting)
+    // more settings, for demonstrations, for trainings but the thesis's, and for the evaluations that choose a policy
+    // of a training: bodies and errors of the tip are drawn, so that a policy bears what it does not know (5.6);
+    // default variants=6, vary_thickness=0.1, vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7 (nvaried_setting)
     const OmRlSetting* varied_setting;
     int nvaried_setting;
     bool has[OM_NLEARNER];  // default all
