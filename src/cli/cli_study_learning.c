@@ -13,7 +13,9 @@ static const OmCliOption option[] = {
     {"--set", "-s", "KEY=VALUE", "a setting of the task; may be repeated"},
     {"--learners", NULL, "LIST", "of ppo-thesis, ppo, gail, clone", "all"},
     {"--seeds", NULL, "N", "trainings of each learner", "3", NULL, 1, 9},
-    {"--steps", "-n", "N", "steps of a training of PPO", "524288", NULL, 1, 2e9},
+    {"--steps", "-n", "N", "steps of a training of PPO", "262144", NULL, 1, 2e9},
+    {"--varied-steps", NULL, "N", "more steps of PPO with reward (b), with drawn bodies", "196608",
+     NULL, 0, 2e9},
     {"--gail-steps", NULL, "N", "steps of a training of GAIL", "32768", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},
     {"--same-task", NULL, NULL, "train in the task of the evaluation, with moves of 0.5 mm"},
@@ -50,6 +52,7 @@ static OmStatus read_learners(const char* list, OmStudyLearningDef* def) {
 static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key)[KEY],
                          OmStudyLearningDef* def) {
     int npositional, nstep = (int)def->nstep, gail_nstep = (int)def->gail_nstep;
+    int varied_nstep = (int)def->varied_nstep;
     const char* word;
     OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
@@ -68,11 +71,14 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     OM_TRY(om_cli_int(args, "--seeds", &def->nseed));
     OM_TRY(om_cli_int(args, "--steps", &nstep));
     OM_TRY(om_cli_int(args, "--gail-steps", &gail_nstep));
+    OM_TRY(om_cli_int(args, "--varied-steps", &varied_nstep));
     def->nstep = nstep;
     def->gail_nstep = gail_nstep;
+    def->varied_nstep = varied_nstep;
     def->has_reality = om_cli_get(args, "--no-reality") == NULL;
     if (om_cli_get(args, "--same-task"))
-        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0;
+        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0,
+        def->varied_nstep = 0;
     return om_cli_int(args, "--workers", &def->nworker);
 }
 
