@@ -625,12 +625,16 @@ static void test_doubt_of_the_first_belief(void** state) {
             assert_string_equal(c.seen.reason, "what it believed at first");
             loop->situation.is_fixed[12] = false;  // 20 is left
             assert_ok(om__doubt_free(loop, &is_changed));
-            assert_false(is_changed);  // an estimate has attached it
+            assert_true(is_changed && c.seen.nrest == 0);
+            assert_string_equal(c.seen.reason, "all that it has learnt");
             memset(d->rest, 0, (size_t)mesh->nvert);
-            om__doubt_note(loop, d->rest);  // another one has not
+            om__doubt_note(loop, d->rest);  // an estimate without 20
             assert_ok(om__doubt_free(loop, &is_changed));
             assert_true(is_changed && c.seen.nrest == 0);
             assert_string_equal(c.seen.reason, "attachments that not every estimate has");
+            loop->situation.is_fixed[20] = false;
+            assert_ok(om__doubt_free(loop, &is_changed));
+            assert_false(is_changed);
         }
         loop->result.nupdate = 0;
         free(all);
