@@ -341,6 +341,10 @@ static OmStatus evaluate(Learning* s, OmStudyLearner learner, int seed, int worl
     memcpy(run->score[world], eval.score, (size_t)s->nstart * sizeof *eval.score);
     status = save_scores(path, hash, s->nstart, run->score[world]);
 done:
+    if (status < 0) {  // no scores
+        om_free(run->score[world]);
+        run->score[world] = NULL;
+    }
     om_rl_eval_done(&eval);
     return status;
 }
@@ -491,17 +495,24 @@ static OmStatus run_training(Learning* s, const OmProgress* progress) {
     return status;
 }
 
-// GAIL and PPO first: they have bounds.
-static OmStatus run_all_reality(Learning* s, const OmProgress* progress) {
+// GAIL and PPO first: they have bounds. A simulation that fails under one policy does not keep the others from being
+// evaluated; the first failure is returned, and its message.
+static OmStatus run_all_reality(Learning* s, const OmProgress* progress, char message[512]) {
     static const OmStudyLearner order[OM_NLEARNER] = {OM_LEARNER_GAIL, OM_LEARNER_PPO,
                                                       OM_LEARNER_CLONE, OM_LEARNER_THESIS};
     const OmStudyLearningDef* d = s->def;
     OmRlTask* task;
     OM_TRY(make_eval_task(d, true, &task));
     OmStatus status = OM_OK;
-    for (int l = 0; l < OM_NLEARNER; ++l)
-        for (int k = 0; k < d->nseed && status >= 0; ++k)
-            if (d->has[order[l]]) status = run_reality(s, order[l], k, task, progress);
+    for (int i = 0; i < OM_NLEARNER * d->nseed && status != OM_CANCELLED; ++i) {
+        const OmStudyLearner learner = order[i / d->nseed];
+        if (!d->has[learner]) continue;
+        const OmStatus one = run_reality(s, learner, i % d->nseed, task, progress);
+        if (one >= 0 || (status < 0 && one != OM_CANCELLED)) continue;
+        status = one;
+        snprintf(message, 512, "%s-%d in \"reality\": %s", om_study_learner_name(learner),
+                 FIRST_SEED + i % d->nseed, om_error_message());
+    }
     om_rl_task_destroy(task);
     return status;
 }
@@ -525,8 +536,10 @@ OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* 
     OM_TRY_DONE(run_training(s, progress));
     OM_TRY_DONE(finish(s, summary));
     if (def->has_reality) {  // takes longer; the report is there already
-        OM_TRY_DONE(run_all_reality(s, progress));
+        char message[512] = "";
+        const OmStatus reality = run_all_reality(s, progress, message);
         OM_TRY_DONE(finish(s, summary));
+        if (reality < 0) status = om_error(reality, "%s", message);
     }
 done:
     om_folder_end(&folder);
