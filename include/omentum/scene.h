@@ -199,9 +199,6 @@ typedef struct OmSceneTask {
     // rad: by which the wrist may turn, from the orientation of the parked tool, where a joint forbids a motion with
     // it; 0: never, as in the thesis. Default 45 degrees.
     double wrist_turn;
-    // Tissue that was lifted without exposing the ROI is laid back to where it was grasped before the arm lets go.
-    // Default false, as in the thesis: it is let go where it is.
-    bool lays_back;
     // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
     int ahead;
 } OmSceneTask;

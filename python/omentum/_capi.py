@@ -2371,9 +2371,6 @@ class OmSceneTask(Struct):
     // rad: by which the wrist may turn, from the orientation of the parked tool, where a joint forbids a motion with
     // it; 0: never, as in the thesis. Default 45 degrees.
     double wrist_turn;
-    // Tissue that was lifted without exposing the ROI is laid back to where it was grasped before the arm lets go.
-    // Default false, as in the thesis: it is let go where it is.
-    bool lays_back;
     // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
     int ahead;
 } OmSceneTask;"""
@@ -2391,7 +2388,6 @@ class OmSceneTask(Struct):
     max_actions: int
     retract: float
     wrist_turn: float
-    lays_back: bool
     ahead: int
 
 
@@ -7076,7 +7072,7 @@ complete(OmSceneRegistration, [("shift", OmVec3), ("turn", OmVec3)], {})
 complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_double), ("margin", c_double)], {})
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
-complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("lays_back", c_bool), ("ahead", c_int)], {})
+complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("visibility_margin", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("wrist_turn", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool), ("learns_modulus", c_bool), ("learns_modulus_by_shape", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int), ("part_limit", c_double * 2), ("part_share", c_double), ("fold_factor", c_double), ("is_fold_at_rest", c_bool)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})

@@ -115,7 +115,7 @@ static OmStatus make_scene(Demo* d) {
     s->believed.hi = om_vec3(0.1, 0.1, 0.1);
     s->task.grasp_radius = 7e-3;
     s->monitor.is_enabled = s->update.is_enabled = true;
-    s->update.learns_modulus_by_shape = s->task.lays_back = true;
+    s->update.learns_modulus_by_shape = true;
     snprintf(s->update.network, sizeof s->update.network, "installed");
     if (d->is_quick) {
         s->task.grid = 3;

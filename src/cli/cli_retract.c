@@ -498,7 +498,6 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
     if (s->is_defras) {
         s->scene.monitor.is_enabled = s->scene.update.is_enabled = true;
         s->scene.update.learns_modulus_by_shape = om_engine_uses(engine, "young");
-        s->scene.task.lays_back = true;
         if (s->scene.task.ahead == 0) s->scene.task.ahead = AHEAD_POINTS;
         if (strcmp(s->scene.update.network, "none") == 0)
             strcpy(s->scene.update.network, "installed");

@@ -107,46 +107,17 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
     loop->has_grasped = true;
     state->is_closed = true;
     state->grasp_tip = state->tip;
-    state->fold = OM_PLAN_PULL;
     state->is_max_force = state->is_at_top = false;
     const double wait = om__cloud_draw_time(loop, a->plan.arm);
     return wait > 0 ? begin_wait(loop, wait, next) : OM_OK;
-}
-
-// Not while the other arm has some of it.
-bool om__lays_back(const OmLoop* loop, int arm) {
-    return loop->task.lays_back && loop->arm[arm].in_hand >= 0 && loop->arm[1 - arm].in_hand < 0;
-}
-
-// Back over the place of the grasp at the same height, and down to it. Whatever ends this way early, the force say, the
-// tissue is let go where it is, unless the ROI came into view.
-static OmStatus step_back(OmLoop* loop, Next* next) {
-    Action* a = &loop->action;
-    const ArmState* state = &loop->arm[a->plan.arm];
-    const OmVec3 goal = state->grasp_tip;
-    if (a->outcome == OM_ACTION_EXPOSED) {
-        loop->wants_plan = true;  // the tissue is still held
-        *next = NEXT_ACTION;
-        return OM_OK;
-    }
-    if (a->outcome != OM_ACTION_DONE || a->step == 2) {
-        a->step = 3;
-        *next = NEXT_STEP;
-        return OM_OK;
-    }
-    if (a->step++ == 0)
-        return begin_motion(loop, om_vec3(goal.x, goal.y, state->tip.z), true, next);
-    return begin_motion(loop, goal, true, next);
 }
 
 // Open, rise clear of the tissue, wait until the tissue has fallen.
 static OmStatus step_release(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
-    if (a->step == 0 && !om__lays_back(loop, a->plan.arm)) a->step = 3;
-    if (a->step < 3) return step_back(loop, next);
     switch (a->step++) {
-    case 3:
+    case 0:
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_OPEN));
         om_body_release(loop->twin, a->plan.arm);
         OM_TRY(om__look_note_release(loop, a->plan.arm));
@@ -155,8 +126,8 @@ static OmStatus step_release(OmLoop* loop, Next* next) {
         state->is_closed = false;
         state->is_max_force = false;
         return begin_wait(loop, GRIP_TIME, next);
-    case 4: return begin_motion(loop, om_add(state->tip, om_vec3(0, 0, CLEARANCE)), false, next);
-    case 5: return begin_wait(loop, FALL_TIME, next);
+    case 1: return begin_motion(loop, om_add(state->tip, om_vec3(0, 0, CLEARANCE)), false, next);
+    case 2: return begin_wait(loop, FALL_TIME, next);
     default:
         a->outcome = OM_ACTION_DONE;
         *next = NEXT_ACTION;
@@ -187,26 +158,11 @@ void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb
     if (distance >= 1e-3) *direction = om_scale(1 / distance, to_roi);
 }
 
-// The other fold begins where the first one of this grasp began, as in the twin when it was planned.
-static bool folds_back(const OmLoop* loop, const ArmState* state) {
-    return loop->task.lays_back && loop->ncontinued == 0 && state->fold != OM_PLAN_PULL &&
-           state->fold != loop->action.plan.verb;
-}
-
 // Move by the nominal length, or as far as the arm reaches; then by further steps while each gains visibility.
 static OmStatus step_fold(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
-    ArmState* state = &loop->arm[a->plan.arm];
+    const ArmState* state = &loop->arm[a->plan.arm];
     *next = NEXT_ACTION;
-    if (a->step == 0 && folds_back(loop, state)) {
-        state->fold = a->plan.verb;
-        const OmVec3 goal = om_vec3(state->fold_tip.x, state->fold_tip.y, state->tip.z);
-        return begin_motion(loop, goal, true, next);
-    }
-    if (a->step == 0 && (a->outcome == OM_ACTION_EXPOSED || a->outcome == OM_ACTION_FORCE))
-        return OM_OK;  // on the way back
-    if (a->step == 0 && state->fold == OM_PLAN_PULL) state->fold_tip = state->tip;
-    if (a->step == 0) state->fold = a->plan.verb;
     if (a->step == 0) {
         a->step = 1;
         a->tip = state->tip;

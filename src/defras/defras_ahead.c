@@ -127,33 +127,6 @@ static unsigned find_released(const OmLoop* loop, const OmPlan* plan) {
     return arms;
 }
 
-static OmStatus step_twin(OmLoop* loop, int* nstep) {
-    const double dt = loop->task.time_step;
-    OmBodyReport report;
-    if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));
-    ++*nstep;
-    return om_body_step(loop->twin, dt, &report);
-}
-
-// The way of step_back in defras_act.c, in the twin.
-static OmStatus lay_back(OmLoop* loop, int arm, int* nstep) {
-    const ArmState* state = &loop->arm[arm];
-    const OmVec3 low = state->grasp_tip, way[2] = {om_vec3(low.x, low.y, state->tip.z), low};
-    const double length = loop->task.speed * loop->task.time_step;
-    OmVec3 from = state->tip;
-    for (int k = 0; k < 2; from = way[k++]) {
-        const int n = (int)ceil(om_distance(from, way[k]) / length);
-        for (int i = 1; i <= n; ++i) {
-            const OmVec3 p = om_madd(from, (double)i / n, om_sub(way[k], from));
-            OmPose tip = om__twin_pose(loop, arm, om__goal_pose(loop, arm, p));
-            tip.p = om_add(tip.p, state->twin_off);
-            OM_TRY(om_body_move(loop->twin, arm, tip));
-            OM_TRY(step_twin(loop, nstep));
-        }
-    }
-    return OM_OK;
-}
-
 // From the present state: open the jaws of these arms and let the tissue fall.
 static OmStatus release(OmAhead* a, OmLoop* loop, unsigned arms, int* nstep) {
     om_body_restore(loop->twin, a->now);
@@ -163,12 +136,15 @@ static OmStatus release(OmAhead* a, OmLoop* loop, unsigned arms, int* nstep) {
     for (int k = 0; k < OM_MAX_ARM; ++k) {
         if (!(arms >> k & 1)) continue;
         is_held |= om_body_is_holding(loop->twin, k);
-        if (om_body_is_holding(loop->twin, k) && om__lays_back(loop, k))
-            OM_TRY(lay_back(loop, k, nstep));
         om_body_release(loop->twin, k);
     }
-    for (double t = 0; (is_held || is_adopting) && t < FALL_TIME; t += loop->task.time_step)
-        OM_TRY(step_twin(loop, nstep));
+    const double dt = loop->task.time_step;
+    for (double t = 0; (is_held || is_adopting) && t < FALL_TIME; t += dt, ++*nstep) {
+        OmBodyReport report;
+        if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));
+        OmStatus status = om_body_step(loop->twin, dt, &report);
+        if (status < 0) return status;
+    }
     om_body_save(loop->twin, a->released);
     return OM_OK;
 }

@@ -60,8 +60,6 @@ typedef struct ArmState {
     int at;                            // block that the arm was moved to, -1
     int in_hand;                       // block held, -1
     OmVec3 grasp_tip;                  // task frame, where the jaw closed
-    OmVec3 fold_tip;                   // task frame, where the first fold of this grasp began
-    OmPlanVerb fold;                   // the last fold of this grasp; OM_PLAN_PULL: there was none
     OmVec3 tip;                        // task frame, measured
     OmQuat q;                          // world frame, measured: motions keep it
     OmQuat q_straight;                 // from which the wrist was turned (defras_wrist.c)
@@ -118,18 +116,6 @@ typedef struct Action {
     char turn_reason[64];
     OmActionOutcome outcome;
 } Action;
-
-// Sets of the twin's vertices, one byte each (defras_doubt.c).
-typedef struct Doubt {
-    unsigned char* memory;  // of all of them; null without an estimator
-    unsigned char* first;   // attached in the first belief
-    unsigned char* last;    // attached in the last adopted estimate
-    unsigned char* always;  // attached in every belief of the operation
-    unsigned char* marked;  // marked by a person as attached
-    unsigned char* rest;    // what the last doubt leaves attached
-    bool has_freed_first;
-    int grasp;  // grasps until the last doubt, -1: there was none
-} Doubt;
 
 #define OM_LOOP_MAX_PENDING 16  // commands within one tick
 
@@ -274,7 +260,7 @@ struct OmLoop {
     // computed by defras_look.c
     double look_begin;          // s, since when the arms keep still
     OmMatchAdoption* adoption;  // of the twin; null without an updater
-    Doubt doubt;
+    unsigned char* always;      // attached in every belief of the operation, or null  (nvert)
     // of defras_follow.c
     double* increment;    // m, from the twin to the newest scan, or null  (nvert x 3)
     unsigned char* goal;  // scratch: attachments after the following      (nvert)
@@ -282,6 +268,7 @@ struct OmLoop {
     bool is_of_fold;    // the estimate under way, or the last one, is of tissue that was folded
     bool has_followed;  // since the grasp, and no fold was tried in the twin since
     bool is_waiting;    // the twin follows, and the arms keep still
+    int doubt_grasp;    // grasps until the last doubt, -1: there was none
 
     // the record
     OmRetractResult result;
@@ -364,8 +351,6 @@ OmRetractSample om__loop_sample(const OmLoop* loop);
 // is 0 where the fold has no direction.
 void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
                    double* length);
-// Whether tissue that this arm holds is laid back before it is let go (OmSceneTask.lays_back).
-bool om__lays_back(const OmLoop* loop, int arm);
 // An action of a plan. Each function sets is_done if the action has ended: its outcome is in loop->action.
 OmStatus om__action_begin(OmLoop* loop, const OmPlanAction* plan, bool* is_done);
 OmStatus om__action_check(OmLoop* loop, bool* is_done);  // after a tick
@@ -429,7 +414,6 @@ OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
 
 // defras_doubt.c
 OmStatus om__doubt_create(OmLoop* loop);
-void om__doubt_destroy(OmLoop* loop);
 void om__doubt_note(OmLoop* loop, const unsigned char* attached);  // an adopted estimate
 void om__doubt_mark(OmLoop* loop, int vert, bool is_attached);     // by a person
 // When no plan is left: begin to free what is doubted, in STAGE_DOUBT, if a point can be grasped then.

@@ -195,7 +195,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     if (status < 0) {
         om_match_adoption_destroy(loop->adoption);
         om_roi_meter_destroy(loop->meter);
-        om__doubt_destroy(loop);
+        om_free(loop->always);
         om_free(loop->increment);
         om_free(loop->goal);
         om_free(loop->preplan);
@@ -237,7 +237,7 @@ void om_loop_destroy(OmLoop* loop) {
     if (loop->updater) om__updater_cancel(loop->updater);
     om_match_adoption_destroy(loop->adoption);
     om_roi_meter_destroy(loop->meter);
-    om__doubt_destroy(loop);
+    om_free(loop->always);
     om_free(loop->increment);
     om_free(loop->goal);
     om_free(loop->preplan);

@@ -144,8 +144,7 @@ static int state_now(OmLoop* loop) {
                           ? om_monitor_next_fold_state(s, loop->fold_state, loop->frame.mu)
                           : loop->frame.state;
     loop->fold_state = loop->has_dragged ? state : 0;
-    const bool is_let_go = loop->stage == STAGE_ACTION && loop->action.plan.verb == OM_PLAN_RELEASE;
-    return is_holding(loop) && !is_let_go ? imax(state, loop->part_state) : 0;
+    return is_holding(loop) ? imax(state, loop->part_state) : 0;
 }
 
 static double limit_of_state_3(const OmLoop* loop) {

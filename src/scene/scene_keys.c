@@ -282,8 +282,6 @@ static const OmYamlField task_field[] = {
     {"wrist_turn_deg", OM_YAML_DOUBLE, AT(OmSceneTask, wrist_turn), .min = 0, .max = 90,
      .scale = DEG, .unit = "deg",
      .help = "by which the wrist may turn where a joint forbids a motion; 0: it never turns"},
-    {"lay_back", OM_YAML_BOOL, AT(OmSceneTask, lays_back),
-     .help = "is tissue laid back to where it was grasped before an arm lets go?"},
     {"ahead", OM_YAML_INT, AT(OmSceneTask, ahead), .min = 0, .max = 16,
      .help = "grasping points tried in the twin before a new plan; 0: none"},
 };

@@ -17,7 +17,7 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 21
+#define METHOD 18
 #define METHOD_FRAS 5
 #define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m
@@ -90,7 +90,6 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
         row != OM_RETRACTION_NO_LEARNING && row != OM_RETRACTION_NO_MONITOR;
     scene->update.is_checked = row != OM_RETRACTION_NO_CHECK;
     scene->task.ahead = row == OM_RETRACTION_NO_AHEAD ? 0 : 3;
-    scene->task.lays_back = true;
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;
 }
 

@@ -4,7 +4,7 @@
 #include "test_files.h"
 #include "test_json.h"
 
-#include "loop_rig.h"
+#include "easy_scene.h"
 
 #include "defras/defras_internal.h"
 #include "defras/defras_trial.h"
@@ -333,52 +333,6 @@ static void test_pulls_are_steps(void** state) {
     om_retract_result_done(&r);
 }
 
-// The loop until tissue is let go. `fold`: where the two folds before it began, less each other in the plane; returns
-// where the tip was when it let go, less where it grasped, task frame.
-static OmVec3 let_go(Rig* g, OmVec3* fold) {
-    OmLoop* loop = make_loop(g, NULL);
-    OmVec3 begin[2] = {{0}};
-    int arm = -1, nfold = 0;
-    while (arm < 0 || loop->arm[arm].in_hand >= 0) {
-        assert_true(om_loop_phase(loop) != OM_LOOP_ENDED);
-        assert_ok(om_loop_tick(loop));
-        const Action* a = &loop->action;
-        for (int k = 0; k < 2; ++k)
-            if (loop->arm[k].in_hand >= 0) arm = k;
-        const bool is_fold = a->plan.verb == OM_PLAN_MOVE_AWAY || a->plan.verb == OM_PLAN_MOVE_ROI;
-        if (!is_fold || a->step == 0) continue;
-        if (nfold == 0 || om_distance(a->tip, begin[nfold - 1]) > 0) {
-            assert_true(nfold < 2);
-            begin[nfold++] = a->tip;
-        }
-    }
-    assert_int_equal(nfold, 2);
-    *fold = om_sub(begin[1], begin[0]);
-    const OmVec3 off = om_sub(loop->arm[arm].tip, loop->arm[arm].grasp_tip);
-    om_loop_destroy(loop);
-    return off;
-}
-
-// What did not expose the ROI, which is never seen here, is let go where it is. With `lays_back` the second fold begins
-// where the first one did, and the tissue is let go where it was grasped.
-static void test_laid_back(void** state) {
-    (void)state;
-    OmScene scene = easy_scene();
-    scene.attach.lo.x = 0.04;
-    scene.roi.center = om_vec3(0.05, 0, 0);
-    for (int k = 0; k < 2; ++k) {
-        OmVec3 fold;
-        Rig g;
-        scene.task.lays_back = k == 1;
-        rig_create(&g, scene);
-        const OmVec3 off = let_go(&g, &fold);
-        if (k == 0) assert_true(hypot(fold.x, fold.y) > 0.02 && off.z > 0.04);
-        if (k == 0) assert_true(hypot(off.x, off.y) > 0.02);
-        if (k == 1) assert_true(hypot(fold.x, fold.y) < 1.5e-3 && om_norm(off) < 1.5e-3);
-        rig_destroy(&g);
-    }
-}
-
 static float* read_set(hid_t file, const char* name, size_t count) {
     float* value = malloc(count * sizeof *value);
     hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
@@ -542,7 +496,6 @@ int main(void) {
         cmocka_unit_test(test_stop_far_above_the_limit),
         cmocka_unit_test(test_slower_before_a_stop),
         cmocka_unit_test(test_pulls_are_steps),
-        cmocka_unit_test(test_laid_back),
         cmocka_unit_test(test_run_json),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
