@@ -53,6 +53,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
                          OmStudyLearningDef* def) {
     int npositional, nstep = (int)def->nstep, gail_nstep = (int)def->gail_nstep;
     int varied_nstep = (int)def->varied_nstep;
+    const bool is_same = om_cli_get(args, "--same-task") != NULL;
     const char* word;
     OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
@@ -71,14 +72,15 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     OM_TRY(om_cli_int(args, "--seeds", &def->nseed));
     OM_TRY(om_cli_int(args, "--steps", &nstep));
     OM_TRY(om_cli_int(args, "--gail-steps", &gail_nstep));
+    if (is_same) {
+        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0;
+        varied_nstep = 0;
+    }
     OM_TRY(om_cli_int(args, "--varied-steps", &varied_nstep));
     def->nstep = nstep;
     def->gail_nstep = gail_nstep;
     def->varied_nstep = varied_nstep;
     def->has_reality = om_cli_get(args, "--no-reality") == NULL;
-    if (om_cli_get(args, "--same-task"))
-        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0,
-        def->varied_nstep = 0;
     return om_cli_int(args, "--workers", &def->nworker);
 }
 

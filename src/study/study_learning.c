@@ -153,20 +153,13 @@ static OmStatus make_train_task(const OmStudyLearningDef* d, OmStudyLearner lear
     return om_rl_task_create(d->task, all, n, task);
 }
 
-static OmStatus make_eval_task(const OmStudyLearningDef* d, bool is_reality, OmRlTask** task) {
+// Of the evaluations, with more settings.
+static OmStatus make_eval_task(const OmStudyLearningDef* d, const OmRlSetting* more, int nmore,
+                               OmRlTask** task) {
     OmRlSetting all[MAX_SETTING];
     int n = add_settings(d->setting, d->nsetting, 0, all);
     n = add_settings(d->eval_setting, d->neval_setting, n, all);
-    if (is_reality) all[n++] = (OmRlSetting){"world", "reality"};
-    return om_rl_task_create(d->task, all, n, task);
-}
-
-// Of the evaluations that choose among the policies of a training.
-static OmStatus make_choice_task(const OmStudyLearningDef* d, OmRlTask** task) {
-    OmRlSetting all[MAX_SETTING];
-    int n = add_settings(d->setting, d->nsetting, 0, all);
-    n = add_settings(d->eval_setting, d->neval_setting, n, all);
-    n = add_settings(d->varied_setting, d->nvaried_setting, n, all);
+    n = add_settings(more, nmore, n, all);
     return om_rl_task_create(d->task, all, n, task);
 }
 
@@ -241,20 +234,15 @@ static OmStatus train_part(const Learning* s, OmStudyLearner learner, int seed, 
                            const OmProgress* progress, LearningRun* run, OmRlTrainResult* result) {
     const OmStudyLearningDef* d = s->def;
     char dir[1024];
-    OmRlTask *task, *choice_task;
+    OmRlTask *task, *choice_task = NULL;  // of the evaluations that choose a policy
     OM_TRY(path_of(s, name, dir));
     OM_TRY(make_train_task(d, learner, is_varied, &task));
-    OmStatus status = make_choice_task(d, &choice_task);
-    if (status < 0) {
-        om_rl_task_destroy(task);
-        return status;
-    }
     OmRlTrainDef def = om_rl_train_default_def(task, dir);
+    OmStatus status = OM_OK;
     set_learner(d, learner, &def);
     def.nworker = d->nworker;
     def.seed = def.policy.seed = (uint64_t)seed;
     def.start = start;
-    def.eval_task = choice_task;
     def.eval_nepisode = d->eval_nepisode;
     const bool is_last = is_varied || d->varied_nstep == 0;
     if (learner == OM_LEARNER_PPO && is_last) def.eval_period = d->eval_period;
@@ -263,8 +251,12 @@ static OmStatus train_part(const Learning* s, OmStudyLearner learner, int seed, 
         def.rate = d->varied_rate;
     }
     if (def.method != OM_RL_PPO) def.demos = demos;
-    status = om_rl_train_run(&def, progress, result);
-    if (status >= 0) status = keep_curve(result, run);
+    if (def.eval_period > 0)
+        OM_TRY_DONE(make_eval_task(d, d->varied_setting, d->nvaried_setting, &choice_task));
+    def.eval_task = choice_task;
+    OM_TRY_DONE(om_rl_train_run(&def, progress, result));
+    status = keep_curve(result, run);
+done:
     om_rl_task_destroy(choice_task);
     om_rl_task_destroy(task);
     return status < 0 ? om_error_prefix(status, "%s", name) : status;
@@ -484,7 +476,7 @@ static OmStatus run_training(Learning* s, const OmProgress* progress) {
     const OmStudyLearningDef* d = s->def;
     char demos[1024];
     OmRlTask* task;
-    OM_TRY(make_eval_task(d, false, &task));
+    OM_TRY(make_eval_task(d, NULL, 0, &task));
     s->nstart = task->nstart > 0 ? task->nstart : 100;
     s->score_name = task->score_name ? task->score_name : "return";
     OmStatus status = make_demos(s, progress, demos);
@@ -497,30 +489,42 @@ static OmStatus run_training(Learning* s, const OmProgress* progress) {
 
 // GAIL and PPO first: they have bounds. A simulation that fails under one policy does not keep the others from being
 // evaluated; the first failure is returned, and its message.
-static OmStatus run_all_reality(Learning* s, const OmProgress* progress, char message[512]) {
+static OmStatus run_all_reality(Learning* s, const OmRlTask* task, const OmProgress* progress,
+                                char message[512]) {
     static const OmStudyLearner order[OM_NLEARNER] = {OM_LEARNER_GAIL, OM_LEARNER_PPO,
                                                       OM_LEARNER_CLONE, OM_LEARNER_THESIS};
-    const OmStudyLearningDef* d = s->def;
-    OmRlTask* task;
-    OM_TRY(make_eval_task(d, true, &task));
     OmStatus status = OM_OK;
-    for (int i = 0; i < OM_NLEARNER * d->nseed && status != OM_CANCELLED; ++i) {
-        const OmStudyLearner learner = order[i / d->nseed];
-        if (!d->has[learner]) continue;
-        const OmStatus one = run_reality(s, learner, i % d->nseed, task, progress);
+    for (int i = 0; i < OM_NLEARNER * s->def->nseed && status != OM_CANCELLED; ++i) {
+        const OmStudyLearner learner = order[i / s->def->nseed];
+        const int k = i % s->def->nseed;
+        if (!s->def->has[learner]) continue;
+        const OmStatus one = run_reality(s, learner, k, task, progress);
         if (one >= 0 || (status < 0 && one != OM_CANCELLED)) continue;
         status = one;
         snprintf(message, 512, "%s-%d in \"reality\": %s", om_study_learner_name(learner),
-                 FIRST_SEED + i % d->nseed, om_error_message());
+                 FIRST_SEED + k, om_error_message());
     }
-    om_rl_task_destroy(task);
     return status;
 }
 
-static OmStatus finish(Learning* s, OmStudyLearningSummary* summary) {
+static OmStatus finish(Learning* s, bool is_complete, OmStudyLearningSummary* summary) {
     summarise(s, summary);
+    summary->is_met = summary->is_met && is_complete;
     OM_TRY(save_json(s, summary));
     return om__learning_report(s, summary);
+}
+
+// Takes longer; the report is there already. What failed is not met.
+static OmStatus add_reality(Learning* s, const OmProgress* progress,
+                            OmStudyLearningSummary* summary) {
+    static const OmRlSetting reality = {"world", "reality"};
+    char message[512] = "";
+    OmRlTask* task;
+    OM_TRY(make_eval_task(s->def, &reality, 1, &task));
+    const OmStatus status = run_all_reality(s, task, progress, message);
+    om_rl_task_destroy(task);
+    OM_TRY(finish(s, status >= 0, summary));
+    return status < 0 ? om_error(status, "%s", message) : OM_OK;
 }
 
 OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* progress,
@@ -534,13 +538,8 @@ OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* 
     s->def = def;
     OM_TRY_DONE(om_folder_open(def->out_dir, "learning study", &folder));
     OM_TRY_DONE(run_training(s, progress));
-    OM_TRY_DONE(finish(s, summary));
-    if (def->has_reality) {  // takes longer; the report is there already
-        char message[512] = "";
-        const OmStatus reality = run_all_reality(s, progress, message);
-        OM_TRY_DONE(finish(s, summary));
-        if (reality < 0) status = om_error(reality, "%s", message);
-    }
+    OM_TRY_DONE(finish(s, true, summary));
+    if (def->has_reality) status = add_reality(s, progress, summary);
 done:
     om_folder_end(&folder);
     if (s) learning_done(s);

@@ -22,6 +22,16 @@ out ^same$
 $ sed -i '1s/.*/# policy 0/;2s/.*/0.5/' out/ppo-1-training.csv && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out > /dev/null; grep -v seconds out/study.json | cmp - a && echo same
 exit 0
 out ^same$
+# PPO in two parts: the second one begins with the policy of the first one, kept in a folder of its own.
+$ omentum study learning -t reach --same-task --learners ppo --seeds 1 -n 40960 --varied-steps 40960 --no-reality -q -o two && ls two
+exit 0
+out ^ppo +1\.000 +1\.000 +-
+out ^ppo-1$
+out ^ppo-1-plain$
+# A task without "reality" says so.
+$ omentum study learning -t reach --same-task --learners clone --seeds 1 -q -o none
+exit 3
+err reach has no setting "world"
 $ omentum study learning -t reach --learners ppo,bc -o x
 exit 2
 err no learner bc

@@ -18,6 +18,52 @@ static OmRlEval eval_of(const OmRlTask* task, OmRlPolicy* policy) {
     return eval;
 }
 
+// An episode of random actions, step by step.
+static double return_of(const OmRlTask* task, uint64_t seed, int episode, int* length) {
+    OmRlVecDef def = om_rl_vec_default_def(task);
+    OmRlVec* vec;
+    OmRng rng = om_rng_init(seed, 0x6576616c00000000ull + (uint64_t)episode);
+    float obs[16];
+    bool is_terminated = false, is_truncated = false;
+    double sum = 0, reward;
+    def.nenv = 1;
+    assert_ok(om_rl_vec_create(&def, &vec));
+    assert_ok(om_rl_vec_reset_one(vec, 0, episode % task->nstart, obs));
+    for (*length = 0; !is_terminated && !is_truncated; ++*length) {
+        int action[3];
+        for (int k = 0; k < task->naction; ++k)
+            action[k] = (int)om_rng_below(&rng, (uint32_t)task->nchoice[k]);
+        assert_ok(om_rl_vec_step(vec, action,
+                                 &(OmRlStep){.obs = obs,
+                                             .reward = &reward,
+                                             .is_terminated = &is_terminated,
+                                             .is_truncated = &is_truncated}));
+        sum += reward;
+    }
+    om_rl_vec_destroy(vec);
+    return sum;
+}
+
+// An evaluation runs groups of 64 episodes: each is what it would be alone, also in the second group.
+static void test_groups_of_episodes(void** state) {
+    (void)state;
+    static const int episode[] = {0, 27, 63, 64, 69};
+    OmRlTask* task = task_of("reach");
+    OmRlEvalDef def = om_rl_eval_default_def(task, NULL);
+    OmRlEval eval;
+    def.nepisode = 70;
+    assert_ok(om_rl_eval_run(&def, NULL, &eval));
+    assert_int_equal(eval.nepisode, 70);
+    for (size_t k = 0; k < sizeof episode / sizeof *episode; ++k) {
+        int length;
+        const double sum = return_of(task, def.seed, episode[k], &length);
+        assert_near(eval.ret[episode[k]], sum, 1e-12);
+        assert_int_equal(eval.length[episode[k]], length);
+    }
+    om_rl_eval_done(&eval);
+    om_rl_task_destroy(task);
+}
+
 // Gymnasium calls CartPole-v1 solved at a mean return of 475 over 100 episodes.
 static void test_cart_pole_is_solved(void** state) {
     (void)state;
@@ -364,6 +410,7 @@ static void test_refused(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_groups_of_episodes),
         cmocka_unit_test(test_cart_pole_is_solved),
         cmocka_unit_test(test_reach_is_solved),
         cmocka_unit_test(test_workers_and_interruptions),
