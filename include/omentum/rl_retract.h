@@ -97,6 +97,7 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;
     double camera_noise;  // standard deviation of a pixel's value, 0 to 255; default 0
+    double slip_force;    // N, fat slips out of the jaws beyond it; of elements; default 0: never
     // Bodies, 1 to OM_RL_MAX_VARIANT; each episode draws one. Body k is the same in every task; each takes a second to
     // make. Default 1: the body of this definition.
     int nvariant;
@@ -108,7 +109,8 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
 
 OM_API OmRlRetractDef om_rl_retract_default_def(void);
 /// The task. Infos: exposure (TE of 5.4.3, from a picture), grasped (0 or 1), and the place of the grasp in the flat
-/// sheet: along (distance from the fixed side, m) and across (from the middle, m).
+/// sheet: along (distance from the fixed side, m) and across (from the middle, m); slips, grasps that slipped;
+/// inverted, most elements that a step left inverted (next to the jaws, where fat folds within an element).
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_rl_retract_create(const OmRlRetractDef* def, OmRlTask** task);
 

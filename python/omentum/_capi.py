@@ -5830,6 +5830,7 @@ class OmRlRetractDef(Struct):
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;
     double camera_noise;  // standard deviation of a pixel's value, 0 to 255; default 0
+    double slip_force;    // N, fat slips out of the jaws beyond it; of elements; default 0: never
     // Bodies, 1 to OM_RL_MAX_VARIANT; each episode draws one. Body k is the same in every task; each takes a second to
     // make. Default 1: the body of this definition.
     int nvariant;
@@ -5880,6 +5881,7 @@ class OmRlRetractDef(Struct):
     is_awake: bool
     tip_error: float
     camera_noise: float
+    slip_force: float
     nvariant: int
     vary_thickness: float
     vary_softness: float
@@ -7216,7 +7218,7 @@ complete(OmRlPolicyDef, [("cookie", c_uint32), ("task", c_char * 32), ("nobserva
 complete(OmRlEval, [("nepisode", c_int), ("ret", c_void_p), ("score", c_void_p), ("length", c_void_p), ("is_ended", c_void_p), ("info", c_void_p), ("mean_return", c_double), ("mean_score", c_double), ("min_score", c_double), ("mean_length", c_double)], {})
 complete(OmRlEvalDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("policy", c_void_p), ("nepisode", c_int), ("is_drawn", c_bool), ("is_random", c_bool), ("is_expert", c_bool), ("nworker", c_int), ("seed", c_uint64)], {})
 complete(OmRlKidney, [("center", OmVec3), ("half", OmVec3), ("bend", c_double)], {})
-complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("still", c_int), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("nvariant", c_int), ("vary_thickness", c_double), ("vary_softness", c_double), ("vary_kidney", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
+complete(OmRlRetractDef, [("tissue", c_int), ("thickness", c_double), ("cluster_spacing", c_double), ("cluster_radius", c_double), ("cluster_stiffness", c_double), ("has_self_collision", c_bool), ("young", c_double), ("poisson", c_double), ("density", c_double), ("kidney", OmRlKidney), ("kidney_file", c_char_p), ("kidney_label", c_int), ("kidney_shift", OmVec3), ("tumour_x", c_double), ("tumour_y", c_double), ("tumour_radius", c_double), ("target", OmVec3), ("workspace_lo", OmVec3), ("workspace_hi", OmVec3), ("instrument", c_int), ("instrument_file", c_char_p), ("endoscope", OmCamera), ("picture_width", c_int), ("picture_height", c_int), ("goal_along", c_double), ("max_step", c_int), ("hold", c_int), ("has_fixed_horizon", c_bool), ("still", c_int), ("repeat", c_int), ("has_gripper", c_bool), ("move", c_double), ("time_step", c_double), ("grasp_radius", c_double), ("reach", c_double), ("start_height", c_double), ("reward", c_int), ("npoint", c_int), ("has_picture", c_bool), ("is_awake", c_bool), ("tip_error", c_double), ("camera_noise", c_double), ("slip_force", c_double), ("nvariant", c_int), ("vary_thickness", c_double), ("vary_softness", c_double), ("vary_kidney", c_double), ("cookie", c_uint32)], {"tissue": OmRlTissue, "instrument": OmInstrument, "reward": OmRlReward})
 complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("exposure", (c_double * 7) * 7)], {})
 complete(OmRlTrace, [("name", c_char * 256), ("n", c_int), ("has_jaw", c_bool), ("time", c_void_p), ("tip", c_void_p), ("jaw", c_void_p), ("line", c_void_p)], {})
 complete(OmRlFollow, [("deviation", c_double), ("score", c_double), ("nstep", c_int), ("is_terminated", c_bool)], {})

@@ -14,6 +14,9 @@
 #define DROP 0.001       // m, of the fat above the kidney before it falls
 #define RADIUS 0.0015    // m, of a particle: half of its diameter of 3 mm (5.4.1)
 #define TARGET_CLEAR 0.001
+#define FRICTION 0.35  // of fat, Table 3.1
+// N, of the weakest grasper of a da Vinci (double fenestrated; Mucksavage et al. 2011, J. Endourology 25, 523-528).
+#define GRIP 2.26
 
 OmRlRetractDef om_rl_retract_default_def(void) {
     OmRlRetractDef def = {
@@ -66,6 +69,7 @@ void om__rl_retract_use_reality(OmRlRetractDef* def) {
     def->kidney_shift = om_vec3(0.0016, 0.0012, 0);
     def->tip_error = 0.0017;
     def->camera_noise = 4;
+    def->slip_force = FRICTION * GRIP;
 }
 
 // ---- the definition ---------------------------------------------------------------------------------
@@ -96,6 +100,7 @@ static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
                                     LIMIT(goal_along, 0, OM__RL_LENGTH),
                                     LIMIT(tip_error, 0, 0.02),
                                     LIMIT(camera_noise, 0, 100),
+                                    LIMIT(slip_force, 0, 1000),
                                     LIMIT(vary_thickness, 0, 0.5),
                                     LIMIT(vary_softness, 0, 0.9),
                                     LIMIT(vary_kidney, 0, 0.02)};
@@ -123,6 +128,10 @@ static OmStatus check_def(const OmRlRetractDef* d) {
     OM_CHECK(!d->has_picture || d->npoint == 0, OM_INVALID,
              "rl retract: the observation is a picture, so npoint must be 0, not %d", d->npoint);
     OM_CHECK(d->still >= 0, OM_INVALID, "rl retract: still is %d; it must be 0 or more", d->still);
+    OM_CHECK(
+        d->slip_force == 0 || d->tissue == OM_RL_ELEMENTS, OM_INVALID,
+        "rl retract: slip_force is %g N, but clusters have no forces: it needs elements, or must be 0",
+        d->slip_force);
     OM_CHECK(d->nvariant >= 1 && d->nvariant <= OM_RL_MAX_VARIANT, OM_INVALID,
              "rl retract: nvariant is %d; it must be from 1 to %d", d->nvariant, OM_RL_MAX_VARIANT);
     OmVec3 lo = d->workspace_lo, hi = d->workspace_hi, p = d->target;
@@ -197,7 +206,7 @@ static OmStatus make_tissue(OmRlRetract* t) {
     OmTissueObstacle ground = om_field_obstacle(om__rl_ground_distance, &t->ground);
     OmContactDef contact = om_contact_default_def();
     contact.nobstacle = 1, contact.obstacle = &ground;
-    if (!is_pbd) contact.friction = 0.35;  // Table 3.1
+    if (!is_pbd) contact.friction = FRICTION;
     return om_contact_create(&contact, t->tissue, &t->contact);
 }
 
@@ -266,7 +275,8 @@ static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 1, 2),
 enum { NKEY = sizeof keys / sizeof *keys, NGRIPPER_KEY = 2 };
 
 static void fill_head(OmRlRetract* t) {
-    static const char* const info[] = {"exposure", "grasped", "along", "across"};
+    static const char* const info[] = {"exposure", "grasped", "along",
+                                       "across",   "slips",   "inverted"};
     const OmRlRetractDef* d = &t->def;
     OmRlTask* h = &t->head;
     h->ops = &om__rl_retract_ops;
@@ -282,8 +292,8 @@ static void fill_head(OmRlRetract* t) {
     h->nchoice[3] = d->has_gripper ? 2 : 0;
     h->max_step = (d->max_step + d->repeat - 1) / d->repeat;
     h->nstart = OM_RL_GRID * OM_RL_GRID;
-    h->ninfo = 4;
-    for (int k = 0; k < 4; ++k) h->info_name[k] = info[k];
+    h->ninfo = sizeof info / sizeof *info;
+    for (int k = 0; k < h->ninfo; ++k) h->info_name[k] = info[k];
     h->score_name = info[0];
     h->target = 0.95;
     h->key = keys;
@@ -308,6 +318,7 @@ static void fill_head(OmRlRetract* t) {
                     d->camera_noise, t->q.x,         t->q.y,
                     t->q.z,          d->goal_along,  d->cluster_stiffness};
     h->hash = om_hash(own, sizeof own, hash);
+    if (d->slip_force > 0) h->hash = om_hash(&d->slip_force, sizeof d->slip_force, h->hash);
     if (d->still > 0) h->hash = om_hash(&d->still, sizeof d->still, h->hash);
     // a state with kinematics alone has the hash that it had before there were pictures
     if (d->has_picture)

@@ -65,6 +65,8 @@ typedef struct OmRlEpisode {  // plain data of a state
     OmVec3 place;          // of the tip, since nplace steps within AT_TARGET
     int step, nhold, nstill, nplace;
     int frame;                              // pictures taken
+    int nslip;                              // grasps that slipped
+    int ninverted;                          // most elements that a step left inverted
     bool is_holding, is_closed, is_moving;  // is_moving: the fat is not at rest
     bool is_moved;                          // the fat left its rest in this episode
 } OmRlEpisode;

@@ -112,12 +112,26 @@ static void take_back(const OmRlRetract* t, OmRlRetractState* s) {
     s->now.is_moved = false;
 }
 
+// Fat that is pulled beyond the friction of the jaws is free. Otherwise a tip that pulls fat which is caught between
+// kidney and table stretches it 27 times, and the step in which it snaps back has no solution.
+static OmStatus slip(const OmRlRetract* t, OmRlRetractState* s) {
+    OmTissueForces f;
+    OM_TRY(om_tissue_get_forces(t->tissue, s->tissue, &f));
+    if (om_norm(f.grasp[0]) <= t->def.slip_force) return OM_OK;
+    release(s);
+    ++s->now.nslip;
+    return OM_OK;
+}
+
 static OmStatus step_tissue(const OmRlRetract* t, OmRlRetractState* s) {
+    OmContactReport report;
     if (!s->now.is_moving && !t->def.is_awake) return OM_OK;
     OM_TRY(om_tissue_move_grasp(s->tissue, 0, tip_pose(t, s)));
     OmStatus status =
-        om_contact_step(s->contact, t->tissue, s->tissue, s->work, t->def.time_step, NULL);
+        om_contact_step(s->contact, t->tissue, s->tissue, s->work, t->def.time_step, &report);
     if (status < 0) return status;
+    if (report.tissue.ninverted > s->now.ninverted) s->now.ninverted = report.tissue.ninverted;
+    if (s->now.is_holding && t->def.slip_force > 0) OM_TRY(slip(t, s));
     s->now.is_moved = true;
     if (!s->now.is_moving) take_back(t, s);
     s->now.exposure = om__rl_exposure(t, om_tissue_x(s->tissue), s->pixel);
@@ -337,6 +351,8 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
     value[1] = s->now.is_holding;
     value[2] = s->now.along;
     value[3] = s->now.across;
+    value[4] = s->now.nslip;
+    value[5] = s->now.ninverted;
     return om__rl_measure(om__rl_retract(task), s, value);
 }
 

@@ -88,7 +88,7 @@ static void test_expert(void** state) {
         const OmRlRetract* t = om__rl_retract(task);
         OmRlRetractState* s = make_state(task);
         OmRng rng = om_rng_init(40 + (uint64_t)k, 1);
-        double past = 0, over = 0, info[4], reward;
+        double past = 0, over = 0, info[OM_RL_MAX_INFO], reward;
         bool is_end = false;
         assert_ok(task->ops->reset(task, s, om_rng_init(7, (uint64_t)k), k % 2 ? 44 : 4));
         for (int i = 0; i < 900 && !is_end; ++i) {

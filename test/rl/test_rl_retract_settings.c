@@ -94,6 +94,45 @@ static void test_horizon_repeat_points(void** state) {
     om_rl_task_destroy(task);
 }
 
+// Fat slips out of the jaws beyond a force. Weight lifted off the kidney exceeds it: never held after a step beyond it.
+static void test_slip(void** state) {
+    (void)state;
+    const OmRlSetting set[] = {{"tissue", "elements"}, {"slip_n", "0.08"}};
+    double most[2] = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+        OmRlTask* task = make(set, 2 - k);
+        const OmRlRetract* t = om__rl_retract(task);
+        OmRlRetractState* s = make_state(task);
+        OmRng rng = om_rng_init(7, 1);
+        int nloss = 0;
+        assert_ok(task->ops->reset(task, s, om_rng_init(3, 0), 45));
+        for (int i = 0; i < 100; ++i) {
+            int action[3] = {0, 0, 2};
+            double reward, info[OM_RL_MAX_INFO];
+            bool is_end;
+            const bool was_holding = s->now.is_holding;
+            OmTissueForces f;
+            if (!was_holding && s->now.nslip == 0) task->ops->expert(task, s, &rng, action);
+            assert_ok(task->ops->step(task, s, action, &reward, &is_end));
+            nloss += was_holding && !s->now.is_holding;
+            assert_ok(om_tissue_get_forces(t->tissue, s->tissue, &f));
+            if (s->now.is_holding) most[k] = fmax(most[k], om_norm(f.grasp[0]));
+            if (i < 99) continue;
+            assert_ok(task->ops->info(task, s, info));
+            assert_int_equal(info[4], nloss);
+            assert_int_equal(nloss > 0, k == 0);
+        }
+        task->ops->state_destroy(task, s);
+        om_rl_task_destroy(task);
+    }
+    print_message("largest force held: %.3f N with slips, %.3f N without\n", most[0], most[1]);
+    assert_true(most[0] <= 0.08 && most[1] > 0.12);
+    const OmRlSetting bad[] = {{"slip_n", "1"}};
+    OmRlTask* task;
+    assert_status(om_rl_task_create("retract", bad, 1, &task), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "clusters have no forces"));
+}
+
 // Errors of "reality": a mean tip error, noise of the picture, a kidney beside its believed place.
 static void test_errors(void** state) {
     (void)state;
@@ -253,7 +292,9 @@ static void test_variants(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_hold_and_starts),
                                        cmocka_unit_test(test_horizon_repeat_points),
-                                       cmocka_unit_test(test_errors), cmocka_unit_test(test_still),
+                                       cmocka_unit_test(test_slip),
+                                       cmocka_unit_test(test_errors),
+                                       cmocka_unit_test(test_still),
                                        cmocka_unit_test(test_variants)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
