@@ -55,6 +55,9 @@ typedef struct OmRlTrainDef {
     uint64_t seed;         // default 1
     OmRlPolicyDef policy;  // its networks
     const char* start;     // file of a policy whose weights are used at the start; default null
+    // The logits of `start` are multiplied by it, 0.01 to 100: above 1 drawn actions are more often the most probable
+    // ones, which do not change; default 1
+    double start_sharpness;
     // PPO
     int horizon;               // steps of each environment an iteration, default 64
     int batch;                 // samples a descent; divides nenv x horizon; default 256

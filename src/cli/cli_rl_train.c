@@ -16,6 +16,9 @@ static const OmCliOption option[] = {
      2147483647},
     {"--demos", "-d", "FILE", "demonstrations of omentum rl demo (gail, clone)"},
     {"--start", NULL, "FILE", "policy.safetensors whose weights are used at the start"},
+    {"--start-sharpness", NULL, "R",
+     "times the logits of --start: above 1 drawn actions are more often the most probable ones",
+     "1", NULL, 0.01, 100},
     {"--environments", NULL, "N", "environments side by side", "16", NULL, 1, 65536},
     {"--horizon", NULL, "N", "steps of each environment an iteration", "64", NULL, 1, 65536},
     {"--batch", NULL, "N", "samples a descent", "256", NULL, 2, 1048576},
@@ -90,6 +93,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
         const char* name;
         double* value;
     } number[] = {{"--rate", &d->rate},
+                  {"--start-sharpness", &d->start_sharpness},
                   {"--gamma", &d->gamma},
                   {"--lambda", &d->lambda},
                   {"--clip", &d->clip},
@@ -108,6 +112,8 @@ static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
     d->demos = om_cli_get(args, "--demos");
     d->start = om_cli_get(args, "--start");
     OM_CHECK(d->out_dir, OM_INVALID, "give the folder of the training (-o DIR)");
+    OM_CHECK(d->start || !om_cli_get(args, "--start-sharpness"), OM_INVALID,
+             "--start-sharpness has no effect without a policy to start with; give --start FILE");
     const char* const of_eval[] = {"--eval-episodes", "--eval-seed", "--eval-set", "--eval-stop"};
     for (int i = 0; i < 4 && d->eval_period == 0; ++i)
         OM_CHECK(!om_cli_get(args, of_eval[i]), OM_INVALID,

@@ -77,6 +77,9 @@ double om__rl_choice_draw(int naction, const int* nchoice, const float* logit, O
 // Layers NAME.0, NAME.1, .., NAME.head.
 OmStatus om__rl_perceptron(const char* name, int nin, int nlayer, int width,
                            OmActivation activation, int nout, OmNet** net);
+// Multiply the actor's logits by sharpness: the most probable actions stay, their probabilities rise where it is > 1.
+void om__rl_policy_sharpen(OmRlPolicy* policy, double sharpness);
+
 // A run with one worker.
 OmStatus om__rl_run_create(const OmNet* net, int n, bool is_training, OmNetRun** run);
 

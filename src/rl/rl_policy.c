@@ -127,6 +127,11 @@ static OmStatus make_net(const OmRlPolicyDef* d, const char* name, int nout, OmN
     return finish_perceptron(*net, name, x, d, nout);
 }
 
+static void scale_parameter(OmRlPolicy* p, const char* name, float scale) {
+    const OmNetParameter* of = om_net_parameter(p->net[0], om_net_find_parameter(p->net[0], name));
+    for (int64_t i = of->adr; i < of->adr + of->num; ++i) p->param[0][i] *= scale;
+}
+
 OmStatus om_rl_policy_create(const OmRlPolicyDef* def, OmRlPolicy** policy) {
     static const char* const name[NNET] = {"actor", "critic"};
     OmStatus status = OM_OK;
@@ -140,9 +145,7 @@ OmStatus om_rl_policy_create(const OmRlPolicyDef* def, OmRlPolicy** policy) {
         OM_ALLOC_DONE(p->param[i], om_net_parameter_size(p->net[i]));
         om_net_init_parameters(p->net[i], def->seed + (uint64_t)i * 7919, p->param[i]);
     }
-    const OmNetParameter* head =
-        om_net_parameter(p->net[0], om_net_find_parameter(p->net[0], "actor.head.weight"));
-    for (int64_t i = head->adr; i < head->adr + head->num; ++i) p->param[0][i] *= HEAD_SCALE;
+    scale_parameter(p, "actor.head.weight", HEAD_SCALE);
     *policy = p;
     p = NULL;
 done:
@@ -365,4 +368,9 @@ OmStatus om_rl_actor_act(OmRlActor* actor, const float* obs, OmRng* rng, int* ac
         if (log_prob) log_prob[i] = (float)value;
     }
     return OM_OK;
+}
+
+void om__rl_policy_sharpen(OmRlPolicy* p, double sharpness) {
+    scale_parameter(p, "actor.head.weight", (float)sharpness);
+    scale_parameter(p, "actor.head.bias", (float)sharpness);
 }

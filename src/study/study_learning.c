@@ -95,6 +95,7 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .rate = 7e-4,
                                 .varied_nstep = 196608,
                                 .varied_rate = 3e-4,
+                                .varied_sharpness = 8,
                                 .nenv = 32,
                                 .horizon = 64,
                                 .batch = 256,
@@ -249,6 +250,8 @@ static OmStatus train_part(const Learning* s, OmStudyLearner learner, int seed, 
     if (learner == OM_LEARNER_PPO && is_varied) {
         def.nstep = d->varied_nstep;
         def.rate = d->varied_rate;
+        def.entropy = d->varied_entropy;
+        if (start) def.start_sharpness = d->varied_sharpness;
     }
     if (def.method != OM_RL_PPO) def.demos = demos;
     if (def.eval_period > 0)

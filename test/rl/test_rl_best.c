@@ -80,8 +80,10 @@ static void test_the_best_is_kept(void** state) {
     turned = *fine->ops;
     turned_step = turned.step;
     turned.step = step_turned;
-    for (uint64_t seed = 1; seed <= 4; ++seed) {
-        if (seed == 3) fine->ops = &turned;
+    const OmRlTaskOps* plain = fine->ops;
+    // which seeds have rows that tell the rules apart depends on the processor's rounding
+    for (uint64_t seed = 1; seed <= 4 || (seed <= 40 && !(nearlier && nreturn && nscore)); ++seed) {
+        fine->ops = seed % 4 == 3 || seed % 4 == 0 ? &turned : plain;
         OmRlTrainDef def = small_def(task, NULL);
         OmRlTrainResult result;
         def.seed = def.policy.seed = seed;

@@ -144,6 +144,39 @@ static void test_clone_gradient(void** state) {
 }
 
 // Frequencies of drawn choices, and the most probable one.
+// A policy that is sharpened has its logits times a factor, so the same most probable actions and less entropy.
+static void test_sharpness(void** state) {
+    (void)state;
+    OmRlTask task = plain_task();
+    OmRlTrainDef def = def_of(&task, 0, 0, false);
+    RlLearner l = {0}, sharp = {0};
+    RlLoss plain, less;
+    float logit[N * 9];
+    const char* path = "sharpness.safetensors";
+    assert_ok(om__rl_learner_init(&def, &l));
+    set_weights(&l);
+    assert_ok(om_rl_policy_save(l.policy, NULL, 0, path));
+    fill_batch(&l);
+    assert_ok(om__rl_learner_step(&l, 0, &plain));
+    memcpy(logit, l.out[0], sizeof logit);
+    def.start = path;
+    def.start_sharpness = 3;
+    assert_ok(om__rl_learner_init(&def, &sharp));
+    fill_batch(&sharp);
+    assert_ok(om__rl_learner_step(&sharp, 0, &less));
+    double largest = 0;
+    for (int i = 0; i < N * 9; ++i) {
+        assert_near((double)sharp.out[0][i], 3 * (double)logit[i], 1e-5);
+        largest = fmax(largest, fabs((double)logit[i]));
+    }
+    print_message("entropy %.3f, sharpened %.3f\n", plain.entropy, less.entropy);
+    assert_true(largest > 0.1 && less.entropy < plain.entropy - 0.1);
+    assert_near(less.value, plain.value, 1e-6);  // the critic is the same
+    om__rl_learner_done(&l);
+    om__rl_learner_done(&sharp);
+    remove(path);
+}
+
 static void test_choices(void** state) {
     (void)state;
     const int nchoice[2] = {3, 2};
@@ -173,9 +206,8 @@ static void test_choices(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_sb3),
-        cmocka_unit_test(test_gae),
-        cmocka_unit_test(test_clone_gradient),
+        cmocka_unit_test(test_against_sb3),    cmocka_unit_test(test_gae),
+        cmocka_unit_test(test_clone_gradient), cmocka_unit_test(test_sharpness),
         cmocka_unit_test(test_choices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
