@@ -55,19 +55,19 @@ typedef struct OmRlTrainDef {
     uint64_t seed;         // default 1
     OmRlPolicyDef policy;  // its networks
     const char* start;     // file of a policy whose weights are used at the start; default null
-    // The logits of `start` are multiplied by it, 0.01 to 100: above 1 drawn actions are more often the most probable
-    // ones, which do not change; default 1
-    double start_sharpness;
     // PPO
-    int horizon;               // steps of each environment an iteration, default 64
-    int batch;                 // samples a descent; divides nenv x horizon; default 256
-    int nepoch;                // passes over the samples of an iteration, default 3
-    double rate;               // learning rate, falls linearly to 0; default 3e-4
-    double gamma;              // discount, default 0.99
-    double lambda;             // of GAE, default 0.95
-    double clip;               // of the ratio, default 0.2
-    double clip_value;         // of the change of the value; 0: none; default 0.2
-    double entropy;            // weight of the entropy, default 5e-3
+    int horizon;        // steps of each environment an iteration, default 64
+    int batch;          // samples a descent; divides nenv x horizon; default 256
+    int nepoch;         // passes over the samples of an iteration, default 3
+    double rate;        // learning rate, falls linearly to 0; default 3e-4
+    double gamma;       // discount, default 0.99
+    double lambda;      // of GAE, default 0.95
+    double clip;        // of the ratio, default 0.2
+    double clip_value;  // of the change of the value; 0: none; default 0.2
+    double entropy;     // weight of the entropy, default 5e-3
+    // The actor's logits are multiplied by it over the first half of the training, 0.01 to 100. Above 1 drawn actions
+    // become the most probable ones, which a user takes; default 1
+    double sharpness;
     double value;              // weight of the value's loss, default 0.5
     double max_norm;           // of the gradient of both networks; 0: any; default 0.5
     bool normalise_advantage;  // in each batch; default true

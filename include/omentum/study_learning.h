@@ -47,7 +47,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     // of PPO with reward (b) a second part with drawn bodies follows; default 196,608 steps, 3e-4; 0: none
     int64_t varied_nstep;
     double varied_rate;
-    double varied_sharpness;  // OmRlTrainDef.start_sharpness of it; default 8
+    double varied_sharpness;  // OmRlTrainDef.sharpness of it; default 8
     double varied_entropy;    // weight of the entropy in it; default 0
     double entropy;           // its weight; default 1e-3
     int nenv;                 // environments side by side, default 32

@@ -5981,19 +5981,19 @@ class OmRlTrainDef(Struct):
     uint64_t seed;         // default 1
     OmRlPolicyDef policy;  // its networks
     const char* start;     // file of a policy whose weights are used at the start; default null
-    // The logits of `start` are multiplied by it, 0.01 to 100: above 1 drawn actions are more often the most probable
-    // ones, which do not change; default 1
-    double start_sharpness;
     // PPO
-    int horizon;               // steps of each environment an iteration, default 64
-    int batch;                 // samples a descent; divides nenv x horizon; default 256
-    int nepoch;                // passes over the samples of an iteration, default 3
-    double rate;               // learning rate, falls linearly to 0; default 3e-4
-    double gamma;              // discount, default 0.99
-    double lambda;             // of GAE, default 0.95
-    double clip;               // of the ratio, default 0.2
-    double clip_value;         // of the change of the value; 0: none; default 0.2
-    double entropy;            // weight of the entropy, default 5e-3
+    int horizon;        // steps of each environment an iteration, default 64
+    int batch;          // samples a descent; divides nenv x horizon; default 256
+    int nepoch;         // passes over the samples of an iteration, default 3
+    double rate;        // learning rate, falls linearly to 0; default 3e-4
+    double gamma;       // discount, default 0.99
+    double lambda;      // of GAE, default 0.95
+    double clip;        // of the ratio, default 0.2
+    double clip_value;  // of the change of the value; 0: none; default 0.2
+    double entropy;     // weight of the entropy, default 5e-3
+    // The actor's logits are multiplied by it over the first half of the training, 0.01 to 100. Above 1 drawn actions
+    // become the most probable ones, which a user takes; default 1
+    double sharpness;
     double value;              // weight of the value's loss, default 0.5
     double max_norm;           // of the gradient of both networks; 0: any; default 0.5
     bool normalise_advantage;  // in each batch; default true
@@ -6032,7 +6032,6 @@ class OmRlTrainDef(Struct):
     seed: int
     policy: OmRlPolicyDef
     start: bytes | None
-    start_sharpness: float
     horizon: int
     batch: int
     nepoch: int
@@ -6042,6 +6041,7 @@ class OmRlTrainDef(Struct):
     clip: float
     clip_value: float
     entropy: float
+    sharpness: float
     value: float
     max_norm: float
     normalise_advantage: bool
@@ -7227,7 +7227,7 @@ complete(OmRlSurvey, [("along", c_double * 7), ("across", c_double * 7), ("expos
 complete(OmRlTrace, [("name", c_char * 256), ("n", c_int), ("has_jaw", c_bool), ("time", c_void_p), ("tip", c_void_p), ("jaw", c_void_p), ("line", c_void_p)], {})
 complete(OmRlFollow, [("deviation", c_double), ("score", c_double), ("nstep", c_int), ("is_terminated", c_bool)], {})
 complete(OmRlTrainRow, [("step", c_int64), ("nepisode", c_int64), ("mean_return", c_double), ("mean_length", c_double), ("mean_score", c_double), ("loss_policy", c_double), ("loss_value", c_double), ("entropy", c_double), ("divergence", c_double), ("clip_fraction", c_double), ("rate", c_double), ("right_demo", c_double), ("right_policy", c_double), ("eval_score", c_double), ("eval_return", c_double), ("eval_least", c_double), ("seconds", c_double)], {})
-complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("start_sharpness", c_double), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("clone_rate", c_double), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("eval_period", c_int), ("eval_nepisode", c_int), ("eval_seed", c_uint64), ("eval_stop", c_int), ("eval_task", POINTER(OmRlTask)), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
+complete(OmRlTrainDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("out_dir", c_char_p), ("method", c_int), ("nstep", c_int64), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("policy", OmRlPolicyDef), ("start", c_char_p), ("horizon", c_int), ("batch", c_int), ("nepoch", c_int), ("rate", c_double), ("gamma", c_double), ("lambda_", c_double), ("clip", c_double), ("clip_value", c_double), ("entropy", c_double), ("sharpness", c_double), ("value", c_double), ("max_norm", c_double), ("normalise_advantage", c_bool), ("normalise_reward", c_bool), ("demos", c_char_p), ("weight_reward", c_double), ("weight_gail", c_double), ("clone_epoch", c_int), ("clone_rate", c_double), ("gail_rate", c_double), ("gail_noise", c_double), ("gail_epoch", c_int), ("gail_actions", c_bool), ("eval_period", c_int), ("eval_nepisode", c_int), ("eval_seed", c_uint64), ("eval_stop", c_int), ("eval_task", POINTER(OmRlTask)), ("checkpoint_period", c_double), ("command", c_char_p), ("on_row", CFUNCTYPE(None, c_void_p, POINTER(OmRlTrainRow))), ("ctx", c_void_p)], {"method": OmRlMethod})
 complete(OmRlTrainResult, [("policy", c_void_p), ("row", POINTER(OmRlTrainRow)), ("nrow", c_int), ("is_resumed", c_bool), ("kept_step", c_int64), ("seconds", c_double)], {})
 complete(OmCtDef, [("cookie", c_uint32), ("seed", c_uint64), ("voxel", c_double), ("organ_half", c_double), ("fat_half", c_double), ("fat_thickness", c_double), ("fat_ripple", c_double), ("tumour_shift", c_double * 2), ("tumour_radius", c_double), ("tumour_height", c_double), ("blur", c_double), ("noise", c_double)], {})
 complete(OmStuffDef, [("cookie", c_uint32), ("edge", c_double), ("fn", OmShapeFn), ("ctx", c_void_p), ("lo", OmVec3), ("hi", OmVec3), ("level", c_double), ("max_tet", c_int), ("nworker", c_int)], {})

@@ -16,9 +16,6 @@ static const OmCliOption option[] = {
      2147483647},
     {"--demos", "-d", "FILE", "demonstrations of omentum rl demo (gail, clone)"},
     {"--start", NULL, "FILE", "policy.safetensors whose weights are used at the start"},
-    {"--start-sharpness", NULL, "R",
-     "times the logits of --start: above 1 drawn actions are more often the most probable ones",
-     "1", NULL, 0.01, 100},
     {"--environments", NULL, "N", "environments side by side", "16", NULL, 1, 65536},
     {"--horizon", NULL, "N", "steps of each environment an iteration", "64", NULL, 1, 65536},
     {"--batch", NULL, "N", "samples a descent", "256", NULL, 2, 1048576},
@@ -29,6 +26,9 @@ static const OmCliOption option[] = {
     {"--clip", NULL, "R", "range of the ratio of probabilities", "0.2", NULL, 1e-6, 10},
     {"--clip-value", NULL, "R", "range of the change of the value; 0: none", "0.2", NULL, 0, 1e9},
     {"--entropy", NULL, "R", "weight of the entropy", "0.005", NULL, 0, 10},
+    {"--sharpness", NULL, "R",
+     "times the logits, little by little over the first half: above 1 drawn actions become the most probable ones",
+     "1", NULL, 0.01, 100},
     {"--layers", NULL, "N", "hidden layers of actor and critic", "2", NULL, 1, 8},
     {"--width", NULL, "N", "units of a layer", "128", NULL, 1, 4096},
     {"--weight-reward", NULL, "R", "gail: weight of the task's reward", "0.2", NULL, 0, 1e6},
@@ -93,7 +93,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
         const char* name;
         double* value;
     } number[] = {{"--rate", &d->rate},
-                  {"--start-sharpness", &d->start_sharpness},
+                  {"--sharpness", &d->sharpness},
                   {"--gamma", &d->gamma},
                   {"--lambda", &d->lambda},
                   {"--clip", &d->clip},
@@ -112,8 +112,6 @@ static OmStatus read_def(const OmCliArgs* args, OmRlTrainDef* d) {
     d->demos = om_cli_get(args, "--demos");
     d->start = om_cli_get(args, "--start");
     OM_CHECK(d->out_dir, OM_INVALID, "give the folder of the training (-o DIR)");
-    OM_CHECK(d->start || !om_cli_get(args, "--start-sharpness"), OM_INVALID,
-             "--start-sharpness has no effect without a policy to start with; give --start FILE");
     const char* const of_eval[] = {"--eval-episodes", "--eval-seed", "--eval-set", "--eval-stop"};
     for (int i = 0; i < 4 && d->eval_period == 0; ++i)
         OM_CHECK(!om_cli_get(args, of_eval[i]), OM_INVALID,

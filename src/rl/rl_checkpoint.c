@@ -45,8 +45,7 @@ static uint64_t settings_hash(const OmRlTrainDef* d) {
     hash = om_hash(&d->seed, sizeof d->seed, hash);
     if (d->clone_rate > 0) hash = om_hash(&d->clone_rate, sizeof d->clone_rate, hash);
     if (d->start) hash = om_hash(d->start, strlen(d->start), hash);
-    if (d->start && d->start_sharpness != 1)
-        hash = om_hash(&d->start_sharpness, sizeof d->start_sharpness, hash);
+    if (d->sharpness != 1) hash = om_hash(&d->sharpness, sizeof d->sharpness, hash);
     if (d->eval_period > 0) {
         const uint64_t task = d->eval_task ? d->eval_task->hash : d->task->hash;
         const uint64_t own[] = {(uint64_t)d->eval_period, (uint64_t)d->eval_nepisode, d->eval_seed,

@@ -29,7 +29,6 @@ OmRlTrainDef om_rl_train_default_def(const OmRlTask* task, const char* out_dir) 
                           .nstep = 1000000,
                           .nenv = 16,
                           .seed = 1,
-                          .start_sharpness = 1,
                           .policy = om_rl_policy_default_def(task),
                           .horizon = 64,
                           .batch = 256,
@@ -40,6 +39,7 @@ OmRlTrainDef om_rl_train_default_def(const OmRlTask* task, const char* out_dir) 
                           .clip = 0.2,
                           .clip_value = 0.2,
                           .entropy = 5e-3,
+                          .sharpness = 1,
                           .value = 0.5,
                           .max_norm = 0.5,
                           .normalise_advantage = true,
@@ -71,7 +71,7 @@ static OmStatus check_def(const OmRlTrainDef* d) {
                  {"batch", d->batch, 2, 1 << 20},
                  {"nepoch", d->nepoch, 1, 1000},
                  {"rate", d->rate, 0, 1},
-                 {"start_sharpness", d->start_sharpness, 0.01, 100},
+                 {"sharpness", d->sharpness, 0.01, 100},
                  {"gamma", d->gamma, 0, 1},
                  {"lambda", d->lambda, 0, 1},
                  {"clip", d->clip, 1e-6, 10},
@@ -205,6 +205,14 @@ static double recent(const RlCounters* c, const double* ring) {
     return n > 0 ? sum / n : (double)NAN;
 }
 
+// After each iteration of the first half.
+static OmStatus sharpen(RlSession* s) {
+    const double half = ceil(0.5 * (double)om__rl_count_iterations(s->def));
+    if (s->def->sharpness == 1 || s->c.iteration >= half) return OM_OK;
+    om__rl_policy_sharpen(s->learner.policy, pow(s->def->sharpness, 1 / half));
+    return om__rl_learner_update(&s->learner);
+}
+
 static OmStatus iterate(RlSession* s, double begin) {
     const OmRlTrainDef* def = s->def;
     const double done = s->c.iteration / (double)om__rl_count_iterations(def);
@@ -222,6 +230,7 @@ static OmStatus iterate(RlSession* s, double begin) {
                                 &row->right_policy));
     om__rl_rollout_finish(def, s->running, &s->c, &s->rollout);
     OM_TRY(descend(s, row->rate, row));
+    OM_TRY(sharpen(s));
     ++s->c.iteration;
     row->step = (int64_t)s->c.nstep;
     row->nepisode = (int64_t)s->c.nepisode;

@@ -251,7 +251,7 @@ static OmStatus train_part(const Learning* s, OmStudyLearner learner, int seed, 
         def.nstep = d->varied_nstep;
         def.rate = d->varied_rate;
         def.entropy = d->varied_entropy;
-        if (start) def.start_sharpness = d->varied_sharpness;
+        def.sharpness = d->varied_sharpness;
     }
     if (def.method != OM_RL_PPO) def.demos = demos;
     if (def.eval_period > 0)

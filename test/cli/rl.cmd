@@ -90,9 +90,9 @@ out ^same$
 $ omentum rl train -t reach --eval-stop 2 -o x
 exit 2
 err --eval-stop has no effect without evaluations; give --eval-period N
-$ omentum rl train -t reach -n 2048 --start-sharpness 2 -q -o x
+$ omentum rl train -t reach --sharpness 0 -o x
 exit 2
-err --start-sharpness has no effect without a policy to start with; give --start FILE
+err --sharpness
 $ omentum rl train -t reach --eval-period 2 --eval-set stop=2 -o x
 exit 2
 err did you mean step\?
