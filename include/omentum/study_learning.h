@@ -44,7 +44,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;          // of a training of PPO, default 262,144
     double rate;            // learning rate; default 7e-4
-    // of PPO with reward (b) a second part with drawn bodies follows; default 196,608 steps, 3e-4; 0: none
+    // of PPO with reward (b) a second part with drawn bodies follows; default 327,680 steps, 5e-4; 0: none
     int64_t varied_nstep;
     double varied_rate;
     double varied_sharpness;  // OmRlTrainDef.sharpness of it; default 8
@@ -65,7 +65,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int clone_epoch;               // epochs of cloning before GAIL; default 100
     // Evaluations during the trainings of PPO and GAIL, from drawn starts with the moves of the evaluation: the policy
     // with the best one is the result (OmRlTrainDef).
-    int eval_period, gail_eval_period;  // iterations; 0: none; default 12, 0
+    int eval_period, gail_eval_period;  // iterations; 0: none; default 20, 0
     int eval_nepisode;                  // default 96
     int ndemo;                          // default 35
     bool has_reality;                   // evaluate with world=reality too; default true

@@ -5991,8 +5991,8 @@ class OmRlTrainDef(Struct):
     double clip;        // of the ratio, default 0.2
     double clip_value;  // of the change of the value; 0: none; default 0.2
     double entropy;     // weight of the entropy, default 5e-3
-    // The actor's logits are multiplied by it over the first half of the training, 0.01 to 100. Above 1 drawn actions
-    // become the most probable ones, which a user takes; default 1
+    // The actor's logits are multiplied by it over the third quarter of the training, 0.01 to 100. Above 1 drawn
+    // actions become the most probable ones, which a user takes; default 1
     double sharpness;
     double value;              // weight of the value's loss, default 0.5
     double max_norm;           // of the gradient of both networks; 0: any; default 0.5

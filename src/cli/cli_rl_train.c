@@ -27,7 +27,7 @@ static const OmCliOption option[] = {
     {"--clip-value", NULL, "R", "range of the change of the value; 0: none", "0.2", NULL, 0, 1e9},
     {"--entropy", NULL, "R", "weight of the entropy", "0.005", NULL, 0, 10},
     {"--sharpness", NULL, "R",
-     "times the logits, little by little over the first half: above 1 drawn actions become the most probable ones",
+     "times the logits, little by little over the third quarter: above 1 drawn actions become the most probable ones",
      "1", NULL, 0.01, 100},
     {"--layers", NULL, "N", "hidden layers of actor and critic", "2", NULL, 1, 8},
     {"--width", NULL, "N", "units of a layer", "128", NULL, 1, 4096},

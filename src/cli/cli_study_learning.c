@@ -14,7 +14,7 @@ static const OmCliOption option[] = {
     {"--learners", NULL, "LIST", "of ppo-thesis, ppo, gail, clone", "all"},
     {"--seeds", NULL, "N", "trainings of each learner", "3", NULL, 1, 9},
     {"--steps", "-n", "N", "steps of a training of PPO", "262144", NULL, 1, 2e9},
-    {"--varied-steps", NULL, "N", "more steps of PPO with reward (b), with drawn bodies", "196608",
+    {"--varied-steps", NULL, "N", "more steps of PPO with reward (b), with drawn bodies", "327680",
      NULL, 0, 2e9},
     {"--gail-steps", NULL, "N", "steps of a training of GAIL", "32768", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},

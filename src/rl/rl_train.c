@@ -205,11 +205,12 @@ static double recent(const RlCounters* c, const double* ring) {
     return n > 0 ? sum / n : (double)NAN;
 }
 
-// After each iteration of the first half.
+// After each iteration of the third quarter: before it a policy learns by its noise.
 static OmStatus sharpen(RlSession* s) {
-    const double half = ceil(0.5 * (double)om__rl_count_iterations(s->def));
-    if (s->def->sharpness == 1 || s->c.iteration >= half) return OM_OK;
-    om__rl_policy_sharpen(s->learner.policy, pow(s->def->sharpness, 1 / half));
+    const double n = (double)om__rl_count_iterations(s->def), begin = floor(0.5 * n),
+                 end = fmax(floor(0.75 * n), begin + 1);
+    if (s->def->sharpness == 1 || s->c.iteration < begin || s->c.iteration >= end) return OM_OK;
+    om__rl_policy_sharpen(s->learner.policy, pow(s->def->sharpness, 1 / (end - begin)));
     return om__rl_learner_update(&s->learner);
 }
 
