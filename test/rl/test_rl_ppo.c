@@ -149,6 +149,7 @@ static void test_clone_gradient(void** state) {
 static void test_sharpness(void** state) {
     (void)state;
     OmRlTask* task;
+    const char* path = "sharpness.safetensors";
     assert_ok(om_rl_task_create("reach", NULL, 0, &task));
     for (int niteration = 5; niteration <= 8; niteration += 3) {
         OmRlTrainDef def = om_rl_train_default_def(task, NULL);
@@ -160,10 +161,13 @@ static void test_sharpness(void** state) {
         def.sharpness = 3;
         def.policy.width = WIDTH;
         assert_ok(om_rl_policy_create(&def.policy, &start));
-        assert_ok(om_rl_train_run(&def, NULL, &result));
         const OmNet* net = om_rl_policy_net(start, OM_RL_ACTOR);
-        const float *before = om_rl_policy_parameters(start, OM_RL_ACTOR),
-                    *after = om_rl_policy_parameters(result.policy, OM_RL_ACTOR);
+        float* before = om_rl_policy_parameters(start, OM_RL_ACTOR);
+        wave((int)om_net_parameter_size(net), 0.3, 0.7, 0.2, before);  // biases too
+        assert_ok(om_rl_policy_save(start, NULL, 0, path));
+        def.start = path;
+        assert_ok(om_rl_train_run(&def, NULL, &result));
+        const float* after = om_rl_policy_parameters(result.policy, OM_RL_ACTOR);
         int nhead = 0;
         for (int k = 0; k < om_net_parameter_count(net); ++k) {
             const OmNetParameter* q = om_net_parameter(net, k);
@@ -177,6 +181,7 @@ static void test_sharpness(void** state) {
         om_rl_policy_destroy(start);
         om_rl_train_result_done(&result);
     }
+    remove(path);
     om_rl_task_destroy(task);
 }
 
