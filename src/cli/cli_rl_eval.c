@@ -59,6 +59,27 @@ static void print_scores(const OmRlTask* task, const OmRlEvalDef* def, const OmR
         printf("%6.2f%s", e->score[i], i % side == side - 1 ? "\n" : "");
 }
 
+// What a user should know of the tissue before trusting the scores.
+static void print_tissue(const OmRlTask* task, const OmRlEval* e) {
+    for (int k = 0; k < task->ninfo; ++k) {
+        const bool is_inverted = strcmp(task->info_name[k], "inverted") == 0;
+        int nepisode = 0;
+        double most = 0;
+        if (!is_inverted && strcmp(task->info_name[k], "slips") != 0) continue;
+        for (int i = 0; i < e->nepisode; ++i) {
+            const double value = e->info[(ptrdiff_t)i * task->ninfo + k];
+            nepisode += value > 0;
+            most = fmax(most, value);
+        }
+        if (nepisode == 0) continue;
+        printf("in %d of %d episodes ", nepisode, e->nepisode);
+        if (is_inverted)
+            printf("elements were inverted, at most %.0f in a step\n", most);
+        else
+            printf("the fat slipped out of the jaws, at most %.0f times\n", most);
+    }
+}
+
 static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_good) {
     const char* path = om_cli_get(args, "--policy");
     OmRlPolicy* policy = NULL;
@@ -87,6 +108,7 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     printf("%d episodes: %s %.3f, lowest %.3f; return %.2f, %.1f steps\n", e.nepisode,
            task->score_name ? task->score_name : "return", e.mean_score, e.min_score, e.mean_return,
            e.mean_length);
+    print_tissue(task, &e);
     *is_good = !(e.mean_score < task->target);
     if (!*is_good) om_cli_reason("the mean score is below the task's target");
 done:

@@ -96,6 +96,10 @@ err --sharpness
 $ omentum rl train -t reach --eval-period 2 --eval-set stop=2 -o x
 exit 2
 err did you mean step\?
+# What happened to the tissue.
+$ omentum rl eval -t retract -s tissue=elements -s max_step=180 -s slip_n=0.05 -n 2 --expert --drawn -q
+exit 1
+out ^in 2 of 2 episodes the fat slipped out of the jaws, at most [1-9]
 # Demonstrations of other moves.
 $ omentum rl train -t reach -s step=0.1 -m gail -d demos.hdf5 -n 1024 -q -o x
 exit 3
