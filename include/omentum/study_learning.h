@@ -47,7 +47,10 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     // of PPO with reward (b) a second part with drawn bodies follows; default 327,680 steps, 5e-4; 0: none
     int64_t varied_nstep;
     double varied_rate;
-    double varied_sharpness;  // OmRlTrainDef.sharpness of it; default 8
+    // more settings, for this part's training alone; default step_cost=0.02 (nvaried_train_setting)
+    const OmRlSetting* varied_train_setting;
+    int nvaried_train_setting;
+    double varied_sharpness;  // OmRlTrainDef.sharpness of it; default 32
     double varied_entropy;    // weight of the entropy in it; default 0
     double entropy;           // its weight; default 1e-3
     int nenv;                 // environments side by side, default 32
@@ -65,7 +68,7 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int clone_epoch;               // epochs of cloning before GAIL; default 100
     // Evaluations during the trainings of PPO and GAIL, from drawn starts with the moves of the evaluation: the policy
     // with the best one is the result (OmRlTrainDef).
-    int eval_period, gail_eval_period;  // iterations; 0: none; default 20, 0
+    int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 0
     int eval_nepisode;                  // default 96
     int ndemo;                          // default 35
     bool has_reality;                   // evaluate with world=reality too; default true

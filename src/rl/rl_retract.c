@@ -14,7 +14,8 @@
 #define DROP 0.001       // m, of the fat above the kidney before it falls
 #define RADIUS 0.0015    // m, of a particle: half of its diameter of 3 mm (5.4.1)
 #define TARGET_CLEAR 0.001
-#define FRICTION 0.35  // of fat, Table 3.1
+#define STEP_COST 0.002  // of reward (b)
+#define FRICTION 0.35    // of fat, Table 3.1
 // N, of the weakest grasper of a da Vinci (double fenestrated; Mucksavage et al. 2011, J. Endourology 25, 523-528).
 #define GRIP 2.26
 
@@ -47,6 +48,7 @@ OmRlRetractDef om_rl_retract_default_def(void) {
         .reach = 0.002,
         .start_height = 0.012,
         .reward = OM_RL_REWARD_EXPOSE,
+        .step_cost = STEP_COST,
         .nvariant = 1,
         .cookie = COOKIE,
     };
@@ -101,6 +103,7 @@ static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
                                     LIMIT(tip_error, 0, 0.02),
                                     LIMIT(camera_noise, 0, 100),
                                     LIMIT(slip_force, 0, 1000),
+                                    LIMIT(step_cost, 0, 1),
                                     LIMIT(vary_thickness, 0, 0.5),
                                     LIMIT(vary_softness, 0, 0.9),
                                     LIMIT(vary_kidney, 0, 0.02)};
@@ -318,6 +321,7 @@ static void fill_head(OmRlRetract* t) {
                     d->camera_noise, t->q.x,         t->q.y,
                     t->q.z,          d->goal_along,  d->cluster_stiffness};
     h->hash = om_hash(own, sizeof own, hash);
+    if (d->step_cost != STEP_COST) h->hash = om_hash(&d->step_cost, sizeof d->step_cost, h->hash);
     if (d->slip_force > 0) h->hash = om_hash(&d->slip_force, sizeof d->slip_force, h->hash);
     if (d->still > 0) h->hash = om_hash(&d->still, sizeof d->still, h->hash);
     // a state with kinematics alone has the hash that it had before there were pictures

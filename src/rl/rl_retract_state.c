@@ -17,7 +17,6 @@
 #define AT_TARGET 0.002    // m, the tip is at p_T
 #define SHAPE_LENGTH 0.1   // m, unit of distances in the potential of reward (b)
 #define SHAPE_PLACE 0.03   // m, from the grasping place, where the quality of a place is 0
-#define SHAPE_STEP 0.002   // cost of a step
 #define SHAPE_END 2.0      // of TE at the end
 #define EXPERT_HIGH 0.012  // m, above the fat on the expert's way
 #define EXPERT_BAND 0.004  // m, above EXPERT_HIGH, in which the expert keeps its height
@@ -182,7 +181,7 @@ static double reward_of(const OmRlRetract* t, OmRlEpisode* e, bool is_end) {
     }
     double before = e->potential;
     e->potential = potential_of(t, e);
-    return e->potential - before - SHAPE_STEP + (is_end ? SHAPE_END * e->exposure : 0);
+    return e->potential - before - t->def.step_cost + (is_end ? SHAPE_END * e->exposure : 0);
 }
 
 // ---- the table --------------------------------------------------------------------------------------

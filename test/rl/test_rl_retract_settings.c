@@ -133,6 +133,25 @@ static void test_slip(void** state) {
     assert_non_null(strstr(om_error_message(), "clusters have no forces"));
 }
 
+// The cost of a step is part of reward (b) alone.
+static void test_step_cost(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        const OmRlSetting set[] = {{"reward", k ? "thesis" : "exposure"}, {"step_cost", "0.02"}};
+        double reward[2];
+        for (int n = 0; n < 2; ++n) {
+            OmRlTask* task = make(set, 1 + n);
+            OmRlRetractState* s = make_state(task);
+            bool is_end;
+            assert_ok(task->ops->reset(task, s, om_rng_init(3, 0), 24));
+            assert_ok(task->ops->step(task, s, (int[3]){2, 1, 0}, &reward[n], &is_end));
+            task->ops->state_destroy(task, s);
+            om_rl_task_destroy(task);
+        }
+        assert_near(reward[0] - reward[1], k ? 0 : 0.018, 1e-12);
+    }
+}
+
 // Errors of "reality": a mean tip error, noise of the picture, a kidney beside its believed place.
 static void test_errors(void** state) {
     (void)state;
@@ -293,6 +312,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_hold_and_starts),
                                        cmocka_unit_test(test_horizon_repeat_points),
                                        cmocka_unit_test(test_slip),
+                                       cmocka_unit_test(test_step_cost),
                                        cmocka_unit_test(test_errors),
                                        cmocka_unit_test(test_still),
                                        cmocka_unit_test(test_variants)};
