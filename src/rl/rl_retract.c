@@ -133,7 +133,7 @@ static OmStatus check_def(const OmRlRetractDef* d) {
     OM_CHECK(d->still >= 0, OM_INVALID, "rl retract: still is %d; it must be 0 or more", d->still);
     OM_CHECK(
         d->slip_force == 0 || d->tissue == OM_RL_ELEMENTS, OM_INVALID,
-        "rl retract: slip_force is %g N, but clusters have no forces: it needs elements, or must be 0",
+        "rl retract: slip_force (slip_n) is %g N, but clusters have no forces: set tissue=elements, or 0",
         d->slip_force);
     OM_CHECK(d->nvariant >= 1 && d->nvariant <= OM_RL_MAX_VARIANT, OM_INVALID,
              "rl retract: nvariant is %d; it must be from 1 to %d", d->nvariant, OM_RL_MAX_VARIANT);

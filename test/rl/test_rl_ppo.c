@@ -143,7 +143,6 @@ static void test_clone_gradient(void** state) {
     }
 }
 
-// Frequencies of drawn choices, and the most probable one.
 // A training multiplies the logits by the sharpness. With a learning rate of 0 nothing else changes: its last layer is
 // that of the start times the factor, for odd and even numbers of iterations.
 static void test_sharpness(void** state) {
@@ -185,6 +184,7 @@ static void test_sharpness(void** state) {
     om_rl_task_destroy(task);
 }
 
+// Frequencies of drawn choices, and the most probable one.
 static void test_choices(void** state) {
     (void)state;
     const int nchoice[2] = {3, 2};
