@@ -37,7 +37,7 @@ static void test_cone(void** state) {
     (void)state;
     void* s;
     float obs[OM_RL_NAPPROACH];
-    double value[2], reward;
+    double value[OM_RL_MAX_INFO], reward;
     bool is_end = false;
     assert_ok(task->ops->state_create(task, &s));
     assert_ok(task->ops->reset(task, s, om_rng_init(1, 0), 2));  // x = 1, y = 0, lowest

@@ -46,7 +46,7 @@ static void test_expert_exposes(void** state) {
     assert_int_equal(shared->nobservation, 21);
     assert_int_equal(shared->naction, 6);
     assert_ok(shared->ops->reset(shared, s, om_rng_init(1, 0), 36));
-    double value[2];
+    double value[OM_RL_MAX_INFO];
     assert_ok(shared->ops->info(shared, s, value));
     assert_near(value[0], 0, 0);
     assert_near(value[1], 0, 0);

@@ -87,7 +87,7 @@ static void test_retract(void** state) {
     assert_int_equal(count_tumour(shared, s), 0);
     run_expert(shared, s, 4, 200);
     check_picture(shared, s);
-    double value[4];
+    double value[OM_RL_MAX_INFO];
     assert_ok(shared->ops->info(shared, s, value));
     assert_true(value[0] > 0.9);
     // a disc of 8 mm seen at 40 degrees: 16 mm x 10 mm of 166 mm at this distance, 40 pixels

@@ -45,7 +45,7 @@ static void test_expert_finds(void** state) {
     void* s = make_state();
     const int start[] = {0, 12, 23};
     for (int k = 0; k < 3; ++k) {
-        double value[2], sum = 0;
+        double value[OM_RL_MAX_INFO], sum = 0;
         bool is_end;
         OmRng rng = om_rng_init(5, (uint64_t)k);
         assert_ok(shared->ops->reset(shared, s, om_rng_init(1, 0), start[k]));

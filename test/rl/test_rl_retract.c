@@ -251,7 +251,7 @@ static void test_our_reward(void** state) {
     double last = 1 + 2 * fmax(0, 1 - off) + 2 * e - om_distance(s->now.tip, t->def.target) / 0.1;
     assert_near(sum, last - first - 0.002 * n + 2 * e, 1e-9);
     // the judge's exposure is of a picture, that of the reward is of points
-    double value[4];
+    double value[OM_RL_MAX_INFO];
     assert_ok(shared->ops->info(shared, s, value));
     assert_true(value[0] >= 0.9);
     assert_near(value[0], e, 0.1);
