@@ -104,6 +104,7 @@ static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
                                     LIMIT(camera_noise, 0, 100),
                                     LIMIT(slip_force, 0, 1000),
                                     LIMIT(step_cost, 0, 1),
+                                    LIMIT(margin, 0, 0.02),
                                     LIMIT(vary_thickness, 0, 0.5),
                                     LIMIT(vary_softness, 0, 0.9),
                                     LIMIT(vary_kidney, 0, 0.02)};
@@ -322,6 +323,7 @@ static void fill_head(OmRlRetract* t) {
                     t->q.z,          d->goal_along,  d->cluster_stiffness};
     h->hash = om_hash(own, sizeof own, hash);
     if (d->step_cost != STEP_COST) h->hash = om_hash(&d->step_cost, sizeof d->step_cost, h->hash);
+    if (d->margin > 0) h->hash = om_hash(&d->margin, sizeof d->margin, h->hash);
     if (d->slip_force > 0) h->hash = om_hash(&d->slip_force, sizeof d->slip_force, h->hash);
     if (d->still > 0) h->hash = om_hash(&d->still, sizeof d->still, h->hash);
     // a state with kinematics alone has the hash that it had before there were pictures

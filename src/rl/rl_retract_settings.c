@@ -44,6 +44,7 @@ static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.
                                 {"tip_error_mm", NUMBER, AT(tip_error), 1e-3, 0, 20},
                                 {"camera_noise", NUMBER, AT(camera_noise), 1, 0, 100},
                                 {"step_cost", NUMBER, AT(step_cost), 1, 0, 1},
+                                {"margin_mm", NUMBER, AT(margin), 1e-3, 0, 20},
                                 {"slip_n", NUMBER, AT(slip_force), 1, 0, 1000},
                                 {"variants", COUNT, AT(nvariant), 1, 1, OM_RL_MAX_VARIANT},
                                 {"vary_thickness", NUMBER, AT(vary_thickness), 1, 0, 0.5},

@@ -19,13 +19,13 @@
 
 // ---- surfaces ---------------------------------------------------------------------------------------
 
-// A point of the tumour at polar coordinates (r, a) about q, as a part of its radius.
+// A point of the tumour at polar coordinates (r, a) about q, as a part of its radius; beyond 1 on the kidney around it.
 static OmVec3 tumour_point(const OmRlRetract* t, double r, double a) {
     OmVec3 n;
     double R = t->def.tumour_radius * r;
     OmVec3 p =
         om__rl_ground_top(&t->ground, t->true_q.x + R * cos(a), t->true_q.y + R * sin(a), &n);
-    return om_madd(p, LIFT + BUMP * (1 - r * r), n);
+    return om_madd(p, LIFT + BUMP * fmax(0, 1 - r * r), n);
 }
 
 static OmStatus make_tumour(OmRlRetract* t) {
@@ -123,19 +123,24 @@ static bool is_behind_kidney(const OmRlRetract* t, OmVec3 p) {
     return false;
 }
 
+static double roi_radius(int k) { return sqrt((k + 0.5) / OM__RL_NROI); }
+
 static OmStatus make_points(OmRlRetract* t) {
     t->roi_lo[0] = t->roi_lo[1] = INFINITY;
     t->roi_hi[0] = t->roi_hi[1] = -INFINITY;
+    double whole = 1 + t->def.margin / t->def.tumour_radius;
     for (int k = 0; k < OM__RL_NROI; ++k) {
-        OmVec3 p = tumour_point(t, sqrt((k + 0.5) / OM__RL_NROI), GOLDEN * k);
+        OmVec3 p = tumour_point(t, whole * roi_radius(k), GOLDEN * k);
         double xyz[3], *uvw = t->roi_uvw + 3 * k;
         om_store3(xyz, 0, p);
         project(t->view, xyz, uvw);
         OM_CHECK(uvw[2] > 0 && uvw[0] > 0 && uvw[1] > 0 && uvw[0] < t->def.endoscope.width &&
                      uvw[1] < t->def.endoscope.height,
-                 OM_INVALID, "rl retract: the tumour is not in the endoscope's picture");
-        OM_CHECK(!is_behind_kidney(t, p), OM_INVALID,
-                 "rl retract: the kidney hides a part of the tumour from the endoscope");
+                 OM_INVALID,
+                 "rl retract: the tumour or its margin is not in the endoscope's picture");
+        OM_CHECK(
+            !is_behind_kidney(t, p), OM_INVALID,
+            "rl retract: the kidney hides a part of the tumour or its margin from the endoscope");
         for (int a = 0; a < 2; ++a) {
             t->roi_lo[a] = fmin(t->roi_lo[a], uvw[a]);
             t->roi_hi[a] = fmax(t->roi_hi[a], uvw[a]);
@@ -222,8 +227,12 @@ static OmStatus make_window(OmRlRetract* t) {
     double center[3], xyz[3], far = 0;
     om_store3(xyz, 0, tumour_point(t, 0, 0));
     project(t->view, xyz, center);
-    for (int k = 0; k < OM__RL_NROI; ++k)
-        far = fmax(far, hypot(t->roi_uvw[3 * k] - center[0], t->roi_uvw[3 * k + 1] - center[1]));
+    for (int k = 0; k < OM__RL_NROI; ++k) {
+        double uvw[3];
+        om_store3(xyz, 0, tumour_point(t, roi_radius(k), GOLDEN * k));
+        project(t->view, xyz, uvw);
+        far = fmax(far, hypot(uvw[0] - center[0], uvw[1] - center[1]));
+    }
     double r = CIRCLE * far;
     int column = (int)(center[0] - r) / ALIGN * ALIGN;
     OmWindow window = {column, (int)(center[1] - r), (int)(center[0] + r) + 2 - column,

@@ -152,6 +152,50 @@ static void test_step_cost(void** state) {
     }
 }
 
+// A margin of 6 mm around the tumour of 8 mm: the points of a tumour of 14 mm. TE is that of the tumour alone.
+static void test_margin(void** state) {
+    (void)state;
+    OmRlTask* task[3];
+    OmRlRetractState* s[3];
+    const OmRlSetting set[] = {{"margin_mm", "6"}};
+    OmRlRetractDef def = om_rl_retract_default_def();
+    task[0] = make(set, 1);
+    def.tumour_radius = om__rl_retract(task[0])->def.tumour_radius + 0.006;
+    assert_ok(om_rl_retract_create(&def, &task[1]));
+    task[2] = make(NULL, 0);
+    double info[3][OM_RL_MAX_INFO], reward;
+    for (int k = 0; k < 3; ++k) {
+        s[k] = make_state(task[k]);
+        assert_ok(task[k]->ops->reset(task[k], s[k], om_rng_init(3, 0), 45));
+    }
+    OmRng rng = om_rng_init(21, 0);
+    double worst = 0;
+    int npart = 0, nless = 0;
+    bool is_end = false;
+    for (int n = 0; n < 600 && !is_end; ++n) {
+        int action[3];
+        double e[3];
+        task[0]->ops->expert(task[0], s[0], &rng, action);
+        for (int k = 0; k < 3; ++k) {
+            assert_ok(task[k]->ops->step(task[k], s[k], action, &reward, &is_end));
+            e[k] = s[k]->now.exposure;
+        }
+        worst = fmax(worst, fabs(e[0] - e[1]));
+        npart += e[1] > 0.05 && e[1] < 0.95;
+        nless += e[0] < e[2];
+    }
+    for (int k = 0; k < 3; k += 2) assert_ok(task[k]->ops->info(task[k], s[k], info[k]));
+    print_message("largest difference %.3f; %d steps with a part, %d with less than the tumour\n",
+                  worst, npart, nless);
+    // a tumour is 1 mm higher in its middle: an edge of fat moves by 1 mm of 28 mm, pi / 4 of which are a disc
+    assert_true(worst <= 0.04 && npart >= 5 && nless >= 5);
+    assert_near(info[0][0], info[2][0], 0);
+    for (int k = 0; k < 3; ++k) {
+        task[k]->ops->state_destroy(task[k], s[k]);
+        om_rl_task_destroy(task[k]);
+    }
+}
+
 // Errors of "reality": a mean tip error, noise of the picture, a kidney beside its believed place.
 static void test_errors(void** state) {
     (void)state;
@@ -313,6 +357,7 @@ int main(void) {
                                        cmocka_unit_test(test_horizon_repeat_points),
                                        cmocka_unit_test(test_slip),
                                        cmocka_unit_test(test_step_cost),
+                                       cmocka_unit_test(test_margin),
                                        cmocka_unit_test(test_errors),
                                        cmocka_unit_test(test_still),
                                        cmocka_unit_test(test_variants)};
