@@ -44,6 +44,9 @@ typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;          // of a training of PPO, default 262,144
     double rate;            // learning rate; default 7e-4
+    // more settings, for the training of PPO with reward (b) alone, both parts; default margin_mm=10 (nppo_setting)
+    const OmRlSetting* ppo_setting;
+    int nppo_setting;
     // of PPO with reward (b) a second part with drawn bodies follows; default 327,680 steps, 5e-4; 0: none
     int64_t varied_nstep;
     double varied_rate;

@@ -74,7 +74,7 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     OM_TRY(om_cli_int(args, "--gail-steps", &gail_nstep));
     if (is_same) {
         def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0;
-        def->nvaried_train_setting = 0;
+        def->nvaried_train_setting = def->nppo_setting = 0;
         varied_nstep = 0;
     }
     OM_TRY(om_cli_int(args, "--varied-steps", &varied_nstep));

@@ -93,6 +93,7 @@ const char* om_study_learner_name(OmStudyLearner learner) {
 
 OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
     static const OmRlSetting coarse[] = {{"move_mm", "2"}, {"max_step", "150"}};
+    static const OmRlSetting wide[] = {{"margin_mm", "10"}};
     static const OmRlSetting hasty[] = {{"step_cost", "0.02"}};
     static const OmRlSetting fine[] = {{"max_step", "700"}};
     static const OmRlSetting patient[] = {{"still", "100"}};
@@ -115,6 +116,8 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
                                 .nseed = 3,
                                 .nstep = 262144,
                                 .rate = 7e-4,
+                                .ppo_setting = wide,
+                                .nppo_setting = 1,
                                 .varied_nstep = 327680,
                                 .varied_rate = 5e-4,
                                 .varied_train_setting = hasty,
@@ -148,10 +151,11 @@ static OmStatus validate(const OmStudyLearningDef* d) {
              "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
     OM_CHECK(d->varied_nstep >= 0, OM_INVALID, "learning study: varied_nstep is %lld",
              (long long)d->varied_nstep);
-    const int count[] = {d->nsetting,      d->ntrain_setting,  d->ngail_setting,
-                         d->neval_setting, d->nvaried_setting, d->nvaried_train_setting};
+    const int count[] = {
+        d->nsetting,      d->ntrain_setting,  d->nppo_setting,         d->ngail_setting,
+        d->neval_setting, d->nvaried_setting, d->nvaried_train_setting};
     int sum = 0;
-    for (int k = 0; k < 6; ++k) {
+    for (size_t k = 0; k < sizeof count / sizeof *count; ++k) {
         OM_CHECK(count[k] >= 0 && count[k] <= MAX_SETTING, OM_INVALID,
                  "learning study: a list of %d settings", count[k]);
         sum += count[k];
@@ -178,6 +182,7 @@ static OmStatus make_train_task(const OmStudyLearningDef* d, OmStudyLearner lear
     else
         n = add_settings(d->gail_setting, d->ngail_setting, n, all);
     if (learner == OM_LEARNER_THESIS) all[n++] = (OmRlSetting){"reward", "thesis"};
+    if (learner == OM_LEARNER_PPO) n = add_settings(d->ppo_setting, d->nppo_setting, n, all);
     if (is_varied && learner == OM_LEARNER_PPO)
         n = add_settings(d->varied_train_setting, d->nvaried_train_setting, n, all);
     if (is_varied) n = add_settings(d->varied_setting, d->nvaried_setting, n, all);
