@@ -86,7 +86,8 @@ typedef enum OmUpdateStage {
     OM_UPDATE_ADOPTED,    // the twin begins to adopt an estimate
     OM_UPDATE_REFUSED,    // the attachments are kept
     OM_UPDATE_CANCELLED,  // the loop ended before the tick of adoption
-    // No plan was left: the twin frees what was not attached in every belief of the operation
+    // No plan was left: the twin frees what was not attached in every belief of the operation, or, if that gives no
+    // new point after a warning, the first belief, at last everything that no person has marked
     OM_UPDATE_DOUBTED,
     // In a fold that no attachments explain, also after an adoption: forces bring the twin to the scan.
     OM_UPDATE_FOLLOWED
@@ -103,7 +104,7 @@ typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are va
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
     // adopted, or refused or followed with a result; of doubt the number of vertices and `attached`; otherwise null
     const OmMatchEstimate* estimate;
-    const char* reason;  // of a refusal, also before a following; otherwise ""
+    const char* reason;  // of a refusal, also before a following; what is doubted; otherwise ""
     // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;

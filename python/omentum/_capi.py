@@ -4293,7 +4293,7 @@ class OmUpdateEvent(Struct):
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
     // adopted, or refused or followed with a result; of doubt the number of vertices and `attached`; otherwise null
     const OmMatchEstimate* estimate;
-    const char* reason;  // of a refusal, also before a following; otherwise ""
+    const char* reason;  // of a refusal, also before a following; what is doubted; otherwise ""
     // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;"""

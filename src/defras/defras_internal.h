@@ -261,6 +261,7 @@ struct OmLoop {
     double look_begin;          // s, since when the arms keep still
     OmMatchAdoption* adoption;  // of the twin; null without an updater
     unsigned char* always;      // attached in every belief of the operation, or null  (nvert)
+    unsigned char* source;      // of defras_doubt.c: where attachments come from       (nvert)
     // of defras_follow.c
     double* increment;    // m, from the twin to the newest scan, or null  (nvert x 3)
     unsigned char* goal;  // scratch: attachments after the following      (nvert)
@@ -269,6 +270,8 @@ struct OmLoop {
     bool has_followed;  // since the grasp, and no fold was tried in the twin since
     bool is_waiting;    // the twin follows, and the arms keep still
     int doubt_grasp;    // grasps until the last doubt, -1: there was none
+    int doubt;          // the strongest doubt until now
+    int doubt_nrest;    // attached vertices that the last one left, -1: there was none
 
     // the record
     OmRetractResult result;

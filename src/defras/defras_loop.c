@@ -196,6 +196,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         om_match_adoption_destroy(loop->adoption);
         om_roi_meter_destroy(loop->meter);
         om_free(loop->always);
+        om_free(loop->source);
         om_free(loop->increment);
         om_free(loop->goal);
         om_free(loop->preplan);
@@ -238,6 +239,7 @@ void om_loop_destroy(OmLoop* loop) {
     om_match_adoption_destroy(loop->adoption);
     om_roi_meter_destroy(loop->meter);
     om_free(loop->always);
+    om_free(loop->source);
     om_free(loop->increment);
     om_free(loop->goal);
     om_free(loop->preplan);

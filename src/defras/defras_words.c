@@ -218,8 +218,7 @@ static OmStatus print_change(const OmLoop* loop, const OmUpdateEvent* e, OmText*
     int nmore, nless;
     compare_attached(loop, e, &gained, &lost, &nmore, &nless);
     if (e->stage == OM_UPDATE_DOUBTED)
-        OM_TRY(om_text_append(
-            t, "No plan is left, so the robot doubts attachments that not every estimate has. "));
+        OM_TRY(om_text_append(t, "No plan is left, so the robot doubts %s. ", e->reason));
     OM_TRY(om_text_append(t, "The model has changed: "));
     if (gained.num > 0) {
         OM_TRY(om_text_append(t, "the tissue is attached under "));

@@ -17,7 +17,7 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 18
+#define METHOD 19
 #define METHOD_FRAS 5
 #define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m

@@ -100,6 +100,7 @@ typedef struct Seen {
     bool has_parts;
     OmWorld* world;
     int ndoubt, nrest;  // doubts; vertices still attached after the last one
+    int nfirst;         // doubts of the first belief
     int naction;        // when it began
 } Seen;
 
@@ -129,6 +130,8 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     s->ntaken += event->stage == OM_UPDATE_TAKEN;
     if (event->stage != OM_UPDATE_DOUBTED) return OM_OK;
     ++s->ndoubt;
+    s->nfirst +=
+        strcmp(event->reason, "the attachments that were believed before the operation") == 0;
     s->nrest = 0;
     s->naction = om_loop_result(loop)->naction;
     for (int v = 0; v < event->estimate->nvert; ++v) {
@@ -547,16 +550,21 @@ static void test_a_part_after_a_fold(void** state) {
     course_end(&c);
 }
 
-// The scene of the doubts: two points may be grasped, and neither exposes all of the ROI by a lift of 20 mm.
-static void begin_doubt(Course* c, int nall, double visibility) {
+// The scene of the doubts: points 12 and `other` may be grasped, and neither exposes all of the ROI by a lift of 20 mm.
+static OmScene doubt_scene(double visibility) {
     OmScene scene = warn_scene(0.1e-3, 0.02, 0.03);
     scene.task.max_height = scene.task.retract = 0.02;
     scene.task.visibility = visibility;
+    scene.task.max_actions = 60;
     scene.tissue.friction = 0.3;  // a free twin without friction slides away
+    return scene;
+}
+
+static void begin_doubt(Course* c, OmScene scene, int other, int nall) {
     course_begin(c, scene, false, false);
     c->teacher.nall = nall;
     for (int b = 0; b < 25; ++b)
-        if (b != 12 && b != 20)
+        if (b != 12 && b != other)
             assert_ok(om_loop_command(c->loop, &(OmLoopCommand){OM_LOOP_FORBID, .block = b}));
 }
 
@@ -566,7 +574,7 @@ static void test_doubt(void** state) {
     (void)state;
     for (int has_doubt = 0; has_doubt < 2; ++has_doubt) {
         Course c;
-        begin_doubt(&c, 1, 0.99);
+        begin_doubt(&c, doubt_scene(0.99), 20, 1);
         if (!has_doubt) {
             om_free(c.loop->always);
             c.loop->always = NULL;
@@ -593,9 +601,8 @@ static void test_doubt(void** state) {
 static void test_doubt_ends(void** state) {
     (void)state;
     Course c;
-    begin_doubt(&c, 1000, 1.5);  // nothing exposes it
+    begin_doubt(&c, doubt_scene(1.5), 20, 1000);  // nothing exposes it
     c.loop->task.max_height = 0.05;
-    c.loop->task.max_actions = 60;
     tick_to_end(c.loop);
     const OmRetractResult* r = om_loop_result(c.loop);
     print_course(r);
@@ -607,15 +614,66 @@ static void test_doubt_ends(void** state) {
     course_end(&c);
 }
 
+// The first belief attaches the tissue under another point, which is free, and every estimate agrees and attaches all.
+// After a warning, where no plan is left, the first belief is given up, and that point is grasped; unless a person has
+// marked it.
+static void test_doubt_of_the_first_belief(void** state) {
+    (void)state;
+    for (int is_marked = 0; is_marked < 2; ++is_marked) {
+        Course c;
+        OmScene scene = doubt_scene(1.5);  // nothing exposes it
+        scene.believed.kind = OM_BELIEF_BOX;
+        scene.believed.lo = om_vec3(-1, 0.01, -1), scene.believed.hi = om_vec3(-0.03, 1, 1);
+        begin_doubt(&c, scene, 15, 1000);
+        if (is_marked)
+            assert_ok(om_loop_command(c.loop, &(OmLoopCommand){OM_LOOP_ATTACH, .block = 15}));
+        tick_to_end(c.loop);
+        const OmRetractResult* r = om_loop_result(c.loop);
+        print_course(r);
+        int ngrasp[25] = {0};
+        for (int i = 0; i < r->naction; ++i)
+            if (r->action[i].verb == OM_PLAN_GRASP) ++ngrasp[r->action[i].block];
+        assert_int_equal(ngrasp[12], 1);
+        assert_int_equal(ngrasp[15], !is_marked);
+        assert_int_equal(c.seen.nfirst, !is_marked);
+        assert_int_not_equal(r->outcome, OM_RETRACT_GAVE_UP);
+        course_end(&c);
+    }
+}
+
+// Without a warning nothing says that the first belief is wrong: where it attaches all, the loop ends.
+static void test_no_doubt_without_a_warning(void** state) {
+    (void)state;
+    Course c;
+    OmScene scene = doubt_scene(1.5);
+    scene.believed.kind = OM_BELIEF_BOX;
+    scene.believed.lo = om_vec3(-1, -1, -1), scene.believed.hi = om_vec3(1, 1, 1);
+    begin_doubt(&c, scene, 15, 1000);
+    tick_to_end(c.loop);
+    const OmRetractResult* r = om_loop_result(c.loop);
+    assert_int_equal(r->outcome, OM_RETRACT_NO_PLAN);
+    assert_int_equal(r->naction, 0);
+    assert_int_equal(c.seen.ndoubt, 0);
+    course_end(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_warning),          cmocka_unit_test(test_state_one),
-        cmocka_unit_test(test_state_two),           cmocka_unit_test(test_nothing_is_learnt),
-        cmocka_unit_test(test_a_fold_at_rest),      cmocka_unit_test(test_follow),
-        cmocka_unit_test(test_doubtful_fold),       cmocka_unit_test(test_half_a_follow),
-        cmocka_unit_test(test_state_three),         cmocka_unit_test(test_a_part),
-        cmocka_unit_test(test_a_part_after_a_fold), cmocka_unit_test(test_doubt),
+        cmocka_unit_test(test_no_warning),
+        cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),
+        cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_a_fold_at_rest),
+        cmocka_unit_test(test_follow),
+        cmocka_unit_test(test_doubtful_fold),
+        cmocka_unit_test(test_half_a_follow),
+        cmocka_unit_test(test_state_three),
+        cmocka_unit_test(test_a_part),
+        cmocka_unit_test(test_a_part_after_a_fold),
+        cmocka_unit_test(test_doubt),
         cmocka_unit_test(test_doubt_ends),
+        cmocka_unit_test(test_doubt_of_the_first_belief),
+        cmocka_unit_test(test_no_doubt_without_a_warning),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
