@@ -110,7 +110,8 @@ static void print_result(const OmStudyLearningSummary* r, const char* dir) {
         printf("\n");
     }
     om_cli_path(dir);
-    printf("criteria: %s\nreport: %s/report.html\n", r->is_met ? "met" : "missed", dir);
+    printf("criteria: %s%s%s\nreport: %s/report.html\n", r->is_met ? "met" : "missed",
+           r->missed[0] ? ": " : "", r->missed, dir);
 }
 
 int om_cli_study_learning(int argc, char** argv) {

@@ -448,9 +448,15 @@ static void add_run(const Learning* s, const LearningRun* run, double share, OmS
     r->is_there = true;
 }
 
-// A bound that was not measured is not missed.
-static bool is_low(double value, double bound) { return !(value >= bound); }
-static bool is_high(double value, double bound) { return !(value < bound); }
+// A bound that was not measured, a NaN, is not missed.
+static void judge(OmStudyLearner learner, const char* what, double value, bool is_high,
+                  double bound, OmStudyLearningSummary* r) {
+    if (is_high ? !(value < bound) : !(value >= bound)) return;
+    r->is_met = false;
+    const size_t n = strlen(r->missed);
+    snprintf(r->missed + n, sizeof r->missed - n, "%s%s: %s %.3f, bound %.2f", n > 0 ? "; " : "",
+             om_study_learner_name(learner), what, value, bound);
+}
 
 static void summarise(const Learning* s, OmStudyLearningSummary* r) {
     *r = (OmStudyLearningSummary){.is_met = true};
@@ -461,13 +467,18 @@ static void summarise(const Learning* s, OmStudyLearningSummary* r) {
             if (s->run[l][k].is_there) add_run(s, &s->run[l][k], 1.0 / n, &r->by[l]);
     }
     const OmStudyLearning* a = &r->by[OM_LEARNER_THESIS];
-    if (a->is_there) r->is_met = is_low(a->near_third, 0.3) && is_high(a->far_third, 0.7);
+    if (a->is_there) {
+        judge(OM_LEARNER_THESIS, "third at the fixed side", a->near_third, false, 0.3, r);
+        judge(OM_LEARNER_THESIS, "far third", a->far_third, true, 0.7, r);
+    }
     for (int l = OM_LEARNER_PPO; l <= OM_LEARNER_GAIL; ++l) {
         const OmStudyLearning* b = &r->by[l];
+        const OmStudyLearner learner = (OmStudyLearner)l;
         if (!b->is_there) continue;
-        double reality = l == OM_LEARNER_PPO ? 0.90 : 0.93;
-        r->is_met = r->is_met && is_high(b->least_mean, 0.95) && is_high(b->lowest, 0.8) &&
-                    is_high(b->reality_mean, reality);
+        judge(learner, "mean of a seed", b->least_mean, true, 0.95, r);
+        judge(learner, "lowest start", b->lowest, true, 0.8, r);
+        judge(learner, "mean in \"reality\"", b->reality_mean, true,
+              learner == OM_LEARNER_PPO ? 0.90 : 0.93, r);
     }
 }
 
@@ -482,6 +493,7 @@ static OmStatus save_json(const Learning* s, const OmStudyLearningSummary* r) {
     om_json_integer(&j, "seeds", s->def->nseed);
     om_json_integer(&j, "steps", s->def->nstep);
     om_json_bool(&j, "is_met", r->is_met);
+    om_json_string(&j, "missed", r->missed);
     for (int l = 0; l < OM_NLEARNER; ++l) {
         const OmStudyLearning* b = &r->by[l];
         if (!b->is_there) continue;

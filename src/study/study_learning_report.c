@@ -127,13 +127,14 @@ static void add_table(OmReport* report, const OmStudyLearningSummary* r) {
 OmStatus om__learning_report(const Learning* s, const OmStudyLearningSummary* r) {
     OmReport report;
     OmStatus status = OM_OK;
-    char path[1024], text[256];
+    char path[1024], text[256], verdict[600];
     OM_TRY(om_path_join(s->def->out_dir, "report.html", path, sizeof path));
     snprintf(text, sizeof text, "task %s, %d seeds, %lld steps a training", s->def->task,
              s->def->nseed, (long long)s->def->nstep);
     om_report_begin(&report, "Learning to retract", text);
-    om_report_verdict(&report,
-                      r->is_met ? "Every bound that was measured is met." : "A bound is missed.",
+    snprintf(verdict, sizeof verdict, "Missed: %s.",
+             r->missed[0] ? r->missed : "a simulation failed, see the table");
+    om_report_verdict(&report, r->is_met ? "Every bound that was measured is met." : verdict,
                       r->is_met);
     snprintf(
         text, sizeof text,

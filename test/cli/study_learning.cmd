@@ -28,6 +28,10 @@ exit 0
 out ^ppo +1\.000 +1\.000 +-
 out ^ppo-1$
 out ^ppo-1-plain$
+# Too short a training: the bounds that are missed are named with their values.
+$ omentum study learning -t reach --same-task --learners ppo --seeds 1 -n 2048 --varied-steps 0 --no-reality -q -o short
+exit 1
+out ^criteria: missed: ppo: mean of a seed 0\.[0-9]+, bound 0\.95; ppo: lowest start [0-9.]+, bound 0\.80$
 # A task without "reality" says so.
 $ omentum study learning -t reach --same-task --learners clone --seeds 1 -q -o none
 exit 3
