@@ -93,7 +93,7 @@ typedef struct OmStudyLearning {  // of a learner; means over its seeds
 typedef struct OmStudyLearningSummary {
     OmStudyLearning by[OM_NLEARNER];
     bool is_met;       // every bound of the page doc/rl_learning.md that was measured
-    char missed[512];  // those that are missed, with their values; "": none
+    char missed[512];  // the missed bounds with their values; "": none
 } OmStudyLearningSummary;
 
 OM_API OmStudyLearningDef om_study_learning_default_def(const char* out_dir);
