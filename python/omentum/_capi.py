@@ -5824,10 +5824,11 @@ class OmRlRetractDef(Struct):
     double start_height;  // of the tip above the fat at the start; default 12 mm
     OmRlReward reward;    // default OM_RL_REWARD_EXPOSE
     double step_cost;     // of a step in OM_RL_REWARD_EXPOSE; default 0.002
-    double margin;        // of kidney around the tumour, exposed as well; default 0
-    int npoint;           // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
-    bool has_picture;     // the observation is the endoscope's picture, nothing else; default false
-    bool is_awake;        // step the tissue also while nothing touches it; default false
+    // width of the kidney around the tumour that OM_RL_REWARD_EXPOSE counts like the tumour; default 0
+    double margin;
+    int npoint;        // tissue points in the observation, 0 to OM_RL_MAX_POINT; default 0
+    bool has_picture;  // the observation is the endoscope's picture, nothing else; default false
+    bool is_awake;     // step the tissue also while nothing touches it; default false
     // ---- errors of "reality" and of randomisation
     // mean distance of the true tip from its measured place, drawn in each episode; default 0
     double tip_error;

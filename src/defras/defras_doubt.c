@@ -44,19 +44,24 @@ OmStatus om__doubt_create(OmLoop* loop) {
     OM_ALLOC(loop->source, n);
     memcpy(loop->always, om_body_attached(loop->twin), n);
     for (size_t v = 0; v < n; ++v) loop->source[v] = loop->always[v] ? SOURCE_FIRST : 0;
-    loop->doubt_grasp = loop->doubt_nrest = -1;
+    loop->doubt_grasp = -1;
+    loop->has_narrowed = true;
     return OM_OK;
 }
 
 void om__doubt_note(OmLoop* loop, const unsigned char* attached) {
     const int n = om_body_site(loop->twin)->mesh.nvert;
-    for (int v = 0; loop->always && v < n; ++v) loop->always[v] = loop->always[v] && attached[v];
+    for (int v = 0; loop->always && v < n; ++v) {
+        loop->has_narrowed = loop->has_narrowed || (loop->always[v] && !attached[v]);
+        loop->always[v] = loop->always[v] && attached[v];
+    }
 }
 
 void om__doubt_mark(OmLoop* loop, int vert, bool is_attached) {
     if (!loop->always) return;
     loop->always[vert] = is_attached;
     loop->source[vert] = is_attached ? SOURCE_PERSON : 0;
+    loop->has_narrowed = true;
 }
 
 // A point that may be grasped with the attachments `rest`, and not with those of the twin.
@@ -75,20 +80,11 @@ static void make_rest(const OmLoop* loop, Doubt doubt, const unsigned char* was,
                       unsigned char* rest) {
     const int n = om_body_site(loop->twin)->mesh.nvert;
     for (int v = 0; v < n; ++v) {
-        const bool is_of_person = loop->source[v] == SOURCE_PERSON;
-        if (doubt == DOUBT_SOME)
-            rest[v] = loop->always[v];
-        else if (doubt == DOUBT_FIRST)
-            rest[v] = is_of_person || (was[v] && loop->source[v] != SOURCE_FIRST);
-        else
-            rest[v] = is_of_person;
+        const bool stays = doubt == DOUBT_SOME    ? loop->always[v]
+                           : doubt == DOUBT_FIRST ? loop->source[v] != SOURCE_FIRST
+                                                  : loop->source[v] == SOURCE_PERSON;
+        rest[v] = was[v] && stays;
     }
-}
-
-static int count_attached(const OmLoop* loop, const unsigned char* attached) {
-    int n = 0;
-    for (int v = 0; v < om_body_site(loop->twin)->mesh.nvert; ++v) n += attached[v];
-    return n;
 }
 
 // The least doubt that gives a new point; NDOUBT: none. The first belief is doubted after a warning, and once: also
@@ -97,8 +93,7 @@ static Doubt choose(const OmLoop* loop, const unsigned char* was, unsigned char*
     const bool is_warned = loop->updater->nestimate > 0;
     make_rest(loop, DOUBT_SOME, was, rest);
     const bool has_some = has_new_point(loop, rest);
-    const bool is_again = count_attached(loop, rest) == loop->doubt_nrest;
-    if (has_some && !is_again) return DOUBT_SOME;
+    if (has_some && loop->has_narrowed) return DOUBT_SOME;
     for (int k = DOUBT_FIRST; k < NDOUBT && is_warned; ++k) {
         if (k <= loop->doubt || (has_some && k == DOUBT_ALL)) continue;
         make_rest(loop, (Doubt)k, was, rest);
@@ -123,7 +118,7 @@ OmStatus om__doubt_free(OmLoop* loop, bool* is_changed) {
     if (doubt == NDOUBT) goto done;
     *is_changed = true;
     if (doubt > DOUBT_SOME) loop->doubt = doubt;
-    loop->doubt_nrest = count_attached(loop, rest);
+    loop->has_narrowed = false;
     memcpy(loop->always, rest, n);
     loop->doubt_grasp = loop->updater->ngrasp;
     // What stays is a part of what the twin has.

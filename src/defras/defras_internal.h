@@ -271,7 +271,7 @@ struct OmLoop {
     bool is_waiting;    // the twin follows, and the arms keep still
     int doubt_grasp;    // grasps until the last doubt, -1: there was none
     int doubt;          // the strongest doubt until now
-    int doubt_nrest;    // attached vertices that the last one left, -1: there was none
+    bool has_narrowed;  // the intersection is not that of the last doubt
 
     // the record
     OmRetractResult result;

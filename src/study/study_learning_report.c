@@ -133,7 +133,7 @@ OmStatus om__learning_report(const Learning* s, const OmStudyLearningSummary* r)
              s->def->nseed, (long long)s->def->nstep);
     om_report_begin(&report, "Learning to retract", text);
     snprintf(verdict, sizeof verdict, "Missed: %s.",
-             r->missed[0] ? r->missed : "a simulation failed, see the table");
+             r->missed[0] ? r->missed : "a simulation in \"reality\" failed");
     om_report_verdict(&report, r->is_met ? "Every bound that was measured is met." : verdict,
                       r->is_met);
     snprintf(
