@@ -8,10 +8,13 @@ inside a floor listed below. Third-party headers, threads, the allocator and sta
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
 Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
 splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES).
+Ballast: no file of the repository is above 1 MB outside weights/, and none lies in a cache folder.
 """
 import collections
+import os
 import pathlib
 import re
+import subprocess
 import sys
 
 FLOORS = [
@@ -57,6 +60,11 @@ SPLIT = re.compile(r"\s*(((static|const|unsigned|struct|enum|typedef|_Atomic)\s+
 PHRASES = re.compile(r"\b(asked for|in its own time|by way of|goes on|go on with|gone on with|what holds|whoever|nobody|"
                      r"those (that|who)|(is|are|was|were) told|and its like|at home|half way|held against|"
                      r"tried and left|at hand|lets? go of|as (it|they) (is|was|are|were|stands?|lies?)\b(?! (said|meant)))\b", re.I)
+
+MAX_TRACKED = 1000000  # bytes of a file outside weights/
+# Folders that a tool fills as it runs: ignored by git, never committed.
+CACHE = re.compile(r"(^|/)(\.mypy_cache|\.pytest_cache|\.ruff_cache|\.ipynb_checkpoints|\.ccache|\.cache|__pycache__|node_modules|"
+                   r"[^/]*\.egg-info)/")
 
 # What a library must not do, and the files that may.
 ONLY_IN = [
@@ -314,7 +322,24 @@ class Tree:
                 if found:
                     self.error(path, number, f'"{found.group(0)}": write it plainly (doc/style.md)')
 
+    def tracked(self):
+        """Paths of the files that git tracks; without git, of all files outside build/ and out/."""
+        if (self.root / ".git").exists():
+            done = subprocess.run(["git", "-C", str(self.root), "ls-files", "-z"], capture_output=True, check=True)
+            return [name for name in os.fsdecode(done.stdout).split("\0") if name]
+        files = [p.relative_to(self.root).as_posix() for p in sorted(self.root.rglob("*")) if p.is_file()]
+        return [name for name in files if not name.startswith(("build/", "out/"))]
+
+    def check_ballast(self):
+        for name in self.tracked():
+            path = self.root / name
+            if CACHE.search(name):
+                self.error(path, 0, "a tool's cache is tracked: git rm --cached it, and list its folder in .gitignore")
+            elif not name.startswith("weights/") and path.is_file() and path.stat().st_size > MAX_TRACKED:
+                self.error(path, 0, f"{path.stat().st_size} bytes; the limit is {MAX_TRACKED} outside weights/")
+
     def check(self):
+        self.check_ballast()
         self.check_splits()
         self.check_words()
         self.check_links()

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Each rule of tools/check_tree.py meets a tree that breaks it, and a tree that keeps it."""
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -159,6 +160,28 @@ class Rules(unittest.TestCase):
         self.assert_breaks({"doc/a.md": "\nThe step goes on.\n"}, "doc/a.md:2", '"goes on"')
         self.assert_breaks({"test/fem/test_fem_a.c": "// left as it was\n"}, "test_fem_a.c:1", '"as it was"')
         self.assertEqual(self.check({"src/fem/fem_a.c": 'int nobody;  // the step continues\n'}), [])
+
+    def test_large_files(self):
+        self.assert_breaks({"doc/a.bin": "x" * 1000001}, "doc/a.bin", "1000001 bytes")
+        self.assertEqual(self.check({"doc/a.bin": "x" * 1000000, "weights/a.bin": "x" * 1000001, "build/a.bin": "x" * 1000001}), [])
+
+    def test_caches(self):
+        for folder in ("python/.mypy_cache/3.11", ".pytest_cache", "tools/__pycache__", "python/omentum.egg-info"):
+            self.assert_breaks({f"{folder}/a": ""}, f"{folder}/a", "cache is tracked")
+        self.assertEqual(self.check({"doc/cache.md": "", "test/cache/a.txt": ""}), [])
+
+    def test_git_says_what_is_tracked(self):
+        with tempfile.TemporaryDirectory() as root:
+            for name in ("kept", "left"):
+                pathlib.Path(root, name).write_text("x" * 1000001)
+            pathlib.Path(root, "__pycache__").mkdir()
+            pathlib.Path(root, "__pycache__/a.pyc").touch()
+            git = ["git", "-C", root]
+            subprocess.run([*git, "init", "-q"], check=True)
+            subprocess.run([*git, "add", "kept"], check=True)
+            tree = check_tree.Tree(root)
+            tree.check_ballast()
+            self.assertEqual(tree.errors, ["kept: 1000001 bytes; the limit is 1000000 outside weights/"])
 
     def test_unique_names(self):
         self.assert_breaks({"bench/fem_step.c": ""}, "fem_step.c", "unique")
