@@ -44,7 +44,7 @@ slow: build python ## the tests that take minutes
 	@tools/python_env.sh python/requirements_slow.txt
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
 
-mutants: setup ## change one line of src/ at a time: does a test notice? (hours; a run that was stopped goes on)
+mutants: setup ## change one line of src/ or studies/ at a time: does a test notice? (hours; a run that was stopped goes on)
 	@tools/mutants.py
 
 tsan: setup ## the quick tests under the thread sanitizer
@@ -79,7 +79,7 @@ format: setup ## rewrite the C files in the project's format
 tidy: ## clang-tidy over the library (needs clang-tidy)
 	@tools/setup.sh packages.txt tools/packages_clang.txt
 	@cmake --preset release -G Ninja
-	@find src -name '*.c' -print0 | xargs -0 -P $(JOBS) -n 1 clang-tidy --quiet -p $(RELEASE)
+	@find src studies -name '*.c' -print0 | xargs -0 -P $(JOBS) -n 1 clang-tidy --quiet -p $(RELEASE)
 
 fuzz: ## every parser for FUZZ_SECONDS (default 300), with line coverage (needs clang)
 	@tools/setup.sh packages.txt tools/packages_clang.txt

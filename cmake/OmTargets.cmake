@@ -79,12 +79,12 @@ function(om_test_limits name seconds)
         ENVIRONMENT "OM_TEST_CPU_S=${cpu};OMP_WAIT_POLICY=passive;OPENBLAS_THREAD_TIMEOUT=14;${ARGN}")
 endfunction()
 
-# om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.
-# Tests may include private headers ("fem/fem_internal.h").
+# om_test(NAME file [TIMEOUT seconds] [LABELS label...] [WITH library...]): one cmocka executable, run from the source
+# root. Tests may include private headers ("fem/fem_internal.h"). WITH: what is linked besides the library.
 function(om_test name file)
-    cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;WITH" ${ARGN})
     add_executable(${name} ${file})
-    target_link_libraries(${name} PRIVATE omentum_static om_flags PkgConfig::CMOCKA m)
+    target_link_libraries(${name} PRIVATE ${ARG_WITH} omentum_static om_flags PkgConfig::CMOCKA m)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/test)
     add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
     if(NOT ARG_TIMEOUT)

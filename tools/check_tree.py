@@ -4,7 +4,8 @@
     tools/check_tree.py [ROOT]     exit 0 and a line of counts, or one line per violation and exit 1
 
 Layers: each room has a floor; a file includes headers of lower floors only, besides the few arrows
-inside a floor listed below. Third-party headers, threads, the allocator and standard output each have
+inside a floor listed below. The studies are no room of the library: they include its public headers and their own,
+and the program alone includes theirs. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
 Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
 splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES).
@@ -26,7 +27,7 @@ FLOORS = [
     ["match", "umesh", "calibrate", "plan"],
     ["banet"],
     ["defras", "rl"],
-    ["study"],
+    ["studies"],
     ["cli", "view"],
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
@@ -126,7 +127,7 @@ class Tree:
     def __init__(self, root):
         self.root = pathlib.Path(root)
         self.errors, self.warnings = [], []
-        folders = ("include", "src", "test", "bench", "fuzz", "samples")
+        folders = ("include", "src", "studies", "test", "bench", "fuzz", "samples")
         self.files = sorted(p for f in folders for p in (self.root / f).rglob("*.[ch]"))
         self.text = {p: p.read_text(encoding="utf-8") for p in self.files}
         self.stripped = {p: strip_comments(t) for p, t in self.text.items()}
@@ -136,10 +137,12 @@ class Tree:
         self.errors.append(f"{where}: {why}")
 
     def room_of(self, path):
-        """The room a file belongs to, or None outside the library."""
+        """The room a file belongs to, or None outside the library and the program."""
         part = path.relative_to(self.root).parts
         if part[0] == "src":
             return part[1]
+        if part[0] == "studies":
+            return "studies"
         return self.header_room(path.name) if part[0] == "include" else None
 
     @staticmethod
@@ -184,12 +187,16 @@ class Tree:
             pass  # beside it, in the same room
         elif "/" not in name:
             self.error(path, number, f'"{name}": write the folder too, as "{room}/{name}"')
+        elif room == "studies" and not public and used != "studies":
+            self.error(path, number, f"the studies use public headers only, not {name}")
         elif used == "omentum" and room != "cli":
             self.error(path, number, "omentum.h is for users; include the headers that are needed")
         elif used == "omentum" or name == EVERYWHERE or name in WITHIN:
             pass
         elif used not in FLOOR:
             self.error(path, number, f'"{name}" belongs to no room')
+        elif room == "cli" and used == "studies" and not public:
+            pass  # the command lines of the studies
         elif room == "cli" and not public and used != "cli":
             self.error(path, number, f"the program uses public headers only, not {name}")
         elif used == room:
@@ -218,14 +225,13 @@ class Tree:
                 self.error(folder, 0, "this room is not in OM_ROOMS")
 
     def check_everything_header(self):
-        """omentum.h includes every other public header but those of the studies."""
+        """omentum.h includes every other public header."""
         path = self.root / "include/omentum/omentum.h"
         if path in self.text:
             named = {name.split("/")[-1] for _, _, name in self.includes(path)}
             for header in sorted(p.name for p in self.files if p.parent == path.parent and p != path):
-                is_study = header.startswith("study")
-                if is_study == (header in named):
-                    self.error(path, 0, f"{header} is {'here; include it where it is used' if is_study else 'missing'}")
+                if header not in named:
+                    self.error(path, 0, f"{header} is missing")
 
     def check_places(self):
         for path in self.files:
@@ -264,7 +270,9 @@ class Tree:
             stem = path.stem
             if part[0] == "src" and stem != part[1] and not stem.startswith(part[1] + "_"):
                 self.error(path, 0, f"a file of room {part[1]} is called {part[1]}_topic")
-            if part[0] == "test" and len(part) == 3 and path.suffix == ".c" and part[1] in FLOOR and \
+            if part[0] == "studies" and not re.match("study(_|$)", stem):
+                self.error(path, 0, "a file of the studies is called study_topic")
+            if part[0] == "test" and len(part) == 3 and path.suffix == ".c" and part[1] in [*FLOOR, "study"] and \
                     not stem.startswith(f"test_{part[1]}"):
                 self.error(path, 0, f"a test of room {part[1]} is called test_{part[1]}_topic.c")
         for name, paths in sorted(by_name.items()):

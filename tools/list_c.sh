@@ -2,4 +2,4 @@
 # list_c.sh: every C file of the project, separated by zero bytes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-find include src test bench fuzz samples -name '*.[ch]' -print0 2> /dev/null | sort -z || true
+find include src studies test bench fuzz samples -name '*.[ch]' -print0 2> /dev/null | sort -z || true

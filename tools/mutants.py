@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do the tests notice a wrong line? Change one line of src/ at a time, and run the tests of its room.
+"""Do the tests notice a wrong line? Change one line of src/ or studies/ at a time, and run the tests of its room.
 
     tools/mutants.py                   run every mutant of test/mutants/*.txt, print a table
     tools/mutants.py --check           only read the lists: every text is still in its file, every test exists
@@ -113,7 +113,13 @@ def read_lists(root, rooms=None):
 
 def source_files(root):
     """File name -> path; names are unique in the tree."""
-    return {path.name: path for pattern in ("*.c", "*.h") for path in (root / "src").rglob(pattern)}
+    return {path.name: path for pattern in ("*.c", "*.h") for folder in ("src", "studies")
+            for path in (root / folder).rglob(pattern)}
+
+
+def room_of(path):
+    """The room of a source file, as in the names of its tests."""
+    return "study" if path.parent.name == "studies" else path.parent.name
 
 
 def test_files(root):
@@ -132,7 +138,7 @@ def stale(mutant, files):
     """None, or why the mutant no longer fits its file."""
     path = files.get(mutant.file)
     if path is None:
-        return f"no file {mutant.file} below src/"
+        return f"no file {mutant.file} below src/ or studies/"
     count = path.read_text().count(mutant.old)
     return None if count == 1 else f"its text occurs {count} times in {mutant.file}"
 
@@ -216,7 +222,7 @@ class Tree:
         for path in sorted(self.build.rglob("CTestTestfile.cmake")):
             self.tests.update(read_tests(path.read_text()))
         for path in self.build.rglob("*.c.o"):
-            if "/omentum_objects.dir/" in str(path) or "/omentum_cli.dir/" in str(path):
+            if re.search("/omentum_(objects|studies|cli)\\.dir/", str(path)):
                 self.objects[path.name[:-2]] = (path, path.read_bytes())
 
     def targets(self, name):
@@ -298,7 +304,7 @@ def proof_of(mutant, row, files, tests):
     if row["outcome"] == "killed":
         names = [row["detail"]]
     elif row["outcome"] in ("survived", "untested") and mutant.file in files:
-        room = files[mutant.file].parent.name
+        room = room_of(files[mutant.file])
         names = sorted(set(mutant.tests) | {n for n in tests if re.match(rf"(test|cli)_{room}(_|$)", n)})
     else:
         return ""
@@ -314,7 +320,7 @@ def try_mutant(tree, mutant, scope):
     path = files[mutant.file]
     text = path.read_text()
     changed = text.replace(mutant.old, mutant.new)
-    names = room_tests(tree, mutant, path.parent.name, scope)
+    names = room_tests(tree, mutant, room_of(path), scope)
     compiled, before = tree.objects.get(mutant.file, (None, b""))
     count = 0
     try:

@@ -1,7 +1,6 @@
 /// omentum/omentum.h: all public headers at once.
 ///
-/// Each room also has headers of its own. The studies (study.h, study_methods.h, study_sheet.h) repeat experiments of
-/// the thesis; a program that wants one includes its header.
+/// Each room also has headers of its own.
 #ifndef OMENTUM_OMENTUM_H
 #define OMENTUM_OMENTUM_H
 

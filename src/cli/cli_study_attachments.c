@@ -4,10 +4,10 @@
 
 #include "cli_common.h"
 #include "omentum/report.h"
-#include "omentum/study_kidney.h"
-#include "omentum/study_match.h"
-#include "omentum/study_phantoms.h"
-#include "omentum/study_simulated.h"
+#include "studies/study_kidney.h"
+#include "studies/study_match.h"
+#include "studies/study_phantoms.h"
+#include "studies/study_simulated.h"
 
 static const OmCliOption att_option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},

@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "cli_common.h"
-#include "omentum/study.h"
+#include "studies/study.h"
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},

@@ -4,7 +4,7 @@
 
 #include "cli_common.h"
 #include "omentum/shape_file.h"
-#include "omentum/study.h"
+#include "studies/study.h"
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "cli_rl.h"
-#include "omentum/study_learning.h"
+#include "studies/study_learning.h"
 
 enum { MAX_SETTING = 24, KEY = 64 };
 

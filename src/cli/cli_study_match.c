@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "cli_common.h"
-#include "omentum/study_match.h"
+#include "studies/study_match.h"
 
 static const OmCliOption cor_option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "cli_common.h"
-#include "omentum/study_retraction.h"
+#include "studies/study_retraction.h"
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished runs there are kept"},

@@ -1,5 +1,5 @@
 // test_study_attach_protocol.c: exact strains, free bodies and failures of the solver; scores counted by hand.
-#include "study/study_attach_protocol.h"
+#include "studies/study_attach_protocol.h"
 
 #include <math.h>
 #include <string.h>

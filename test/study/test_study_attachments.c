@@ -1,6 +1,6 @@
 // test_study_attachments.c: the study on its quick layouts, resumed, cancelled, refused.
 #include "banet/banet_net_internal.h"
-#include "study/study_attachments.h"
+#include "studies/study_attachments.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
-#include "omentum/study.h"
+#include "studies/study.h"
 
 // Half an ellipsoid: 2/3 pi a b c. Lesions are inside, apart, under the surface, and the probe's way is free.
 static void test_phantom(void** unused) {

@@ -2,7 +2,7 @@
 // search, a second run makes nothing and any worker count the same bytes, nonsense is refused.
 #include "test_alloc.h"
 
-#include "study/study_internal.h"
+#include "studies/study_internal.h"
 
 static char dir[] = "/tmp/om_calstudy_XXXXXX";
 

@@ -2,7 +2,7 @@
 // truth does not depend on its mesh more than the check by refinement says.
 #include "test_alloc.h"
 
-#include "study/study_internal.h"
+#include "studies/study_internal.h"
 
 static char dir[] = "/tmp/om_study_XXXXXX";
 static OmStudyBody* body;

@@ -1,6 +1,6 @@
 // test_study_correspondence.c: the study of correspondence on its quick cases: resumed to the same numbers, cancelled,
 // refused, and without memory.
-#include "omentum/study_match.h"
+#include "studies/study_match.h"
 #include "test_alloc.h"
 #include "test_files.h"
 #include "test_folder.h"

@@ -1,5 +1,5 @@
 // test_study_kidney.c: fat over the kidney: its shape, attachments before and after dissection, a lift and its views.
-#include "study/study_kidney_case.h"
+#include "studies/study_kidney_case.h"
 
 #include <math.h>
 #include <stdlib.h>

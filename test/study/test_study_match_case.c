@@ -1,5 +1,5 @@
 // test_study_match_case.c: the cases of correspondence and attachments: tables, true material points, views, files.
-#include "study/study_match_case.h"
+#include "studies/study_match_case.h"
 
 #include <math.h>
 #include <string.h>

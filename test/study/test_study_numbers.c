@@ -2,7 +2,7 @@
 #include "test_files.h"
 #include "test_json.h"
 
-#include "study/study_internal.h"
+#include "studies/study_internal.h"
 #include "test_folder.h"
 
 enum { NLESION = 2, NRESOLUTION = 2, NSTEP = 10, M = OM_STUDY_NMETHOD, D = OM_STUDY_NDEPTH };

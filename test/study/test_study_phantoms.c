@@ -1,10 +1,10 @@
 // test_study_phantoms.c: the study of phantoms on a development shape: rows, a network that knows the truth, files.
-#include "omentum/study_phantoms.h"
+#include "studies/study_phantoms.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "study/study_phantoms_eval.h"
+#include "studies/study_phantoms_eval.h"
 #include "test_files.h"
 
 static char dir[] = "/tmp/om_phantoms_study_XXXXXX";

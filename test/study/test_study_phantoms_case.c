@@ -1,5 +1,5 @@
 // test_study_phantoms_case.c: phantoms: outlines, holes, regions, grasps, capsule, sites, a lift in the world.
-#include "study/study_phantoms_case.h"
+#include "studies/study_phantoms_case.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 // test_study_retraction.c: cases of the retraction study, random states of Table 6.4, and a quick study, resumed.
-#include "study/study_retraction_internal.h"
+#include "studies/study_retraction_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

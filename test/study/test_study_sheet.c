@@ -2,7 +2,7 @@
 // held out, and it says what is wrong.
 #include <unistd.h>
 
-#include "omentum/study_sheet.h"
+#include "studies/study_sheet.h"
 #include "test_alloc.h"
 #include "test_files.h"
 #include "test_folder.h"

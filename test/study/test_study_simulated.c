@@ -1,6 +1,6 @@
 // test_study_simulated.c: files of samples, guesses and scores of one body; the quick study, resumed, cancelled and
 // refused.
-#include "study/study_simulated_internal.h"
+#include "studies/study_simulated_internal.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 // two codes of their own (quadratic tetrahedra under a smooth pressure, linear ones under penalty) press alike.
 #include "test_files.h"
 
-#include "study/study_internal.h"
+#include "studies/study_internal.h"
 
 static char dir[] = "/tmp/om_truth_XXXXXX";
 static OmStudyBody* body;

@@ -68,6 +68,22 @@ class Rules(unittest.TestCase):
     def test_program_uses_public_headers(self):
         self.assert_breaks({"src/cli/cli_a.c": '#include "fem/fem_internal.h"\n'}, "cli_a.c:1", "public headers only")
 
+    def test_studies_use_public_headers(self):
+        own = {"studies/study_a.h": "", "studies/study_a.c": '#include "studies/study_a.h"\n#include "omentum/shape_sdf.h"\n',
+               "src/cli/cli_a.c": '#include "studies/study_a.h"\n'}
+        self.assertEqual(self.check(own), [])
+        for name in ("fem/fem_internal.h", "base/base_rng.h"):
+            self.assert_breaks({"studies/study_a.c": f'#include "{name}"\n'}, "study_a.c:1", "public headers only")
+        self.assert_breaks({"studies/study_a.c": '#include "omentum/omentum.h"\n'}, "study_a.c:1", "for users")
+
+    def test_studies_are_for_the_program(self):
+        for path in ("src/fem/fem_a.c", "include/omentum/fem.h"):
+            self.assert_breaks({path: '#include "studies/study_a.h"\n'}, f"{path}:1", "private to room studies")
+
+    def test_names_of_studies(self):
+        self.assert_breaks({"studies/contact.c": ""}, "studies/contact.c", "study_topic")
+        self.assert_breaks({"test/study/test_fem_b.c": ""}, "test_fem_b.c", "test_study")
+
     def test_everything_at_once_is_for_users(self):
         self.assert_breaks({"src/fem/fem_a.c": '#include "omentum/omentum.h"\n'}, "fem_a.c:1", "for users")
 

@@ -1,0 +1,366 @@
+// study_attachments_report.c: the study of attachments as report.html, study.json and vertices.csv.
+#include <math.h>
+#include <string.h>
+
+#include "studies/study_attachments.h"
+
+#define MAX_PATH 1024
+#define WORD 96
+
+static OmStatus path_of(const Att* s, const char* name, char* path) {
+    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
+}
+
+// ---- report.html ----------------------------------------------------------------------------------
+
+static void add_outcome(const Att* s, OmReport* report) {
+    const OmStudyGuessResult *one = &s->sum.by[OM_STUDY_SINGLE],
+                             *three = &s->sum.by[OM_STUDY_THREE];
+    char text[500];
+    if (!one->is_there) {
+        om_report_verdict(report, "Left out, because this build does not have it: om_match_update.",
+                          false);
+        return;
+    }
+    snprintf(
+        text, sizeof text,
+        "Median DSC %.2f and TPR %.0f %% over single views (goal %g and %.0f %%), %.2f and %.0f %% over "
+        "three views (goal %g and %.0f %%), %.0f ms of processor time a view (goal %d ms): %s. %d of %d single "
+        "views and %d of %d updates from three views were refused.",
+        one->dsc.median, 100 * one->tpr.median, OM_STUDY_ATT_DSC, 100 * OM_STUDY_ATT_TPR,
+        three->dsc.median, 100 * three->tpr.median, OM_STUDY_ATT_DSC3, 100 * OM_STUDY_ATT_TPR3,
+        one->ms, OM_STUDY_ATT_MS, s->sum.is_met ? "met" : "missed", one->nrefused, one->dsc.n,
+        three->nrefused, three->dsc.n);
+    om_report_verdict(report, text, s->sum.is_met);
+}
+
+// Table 4.1: median and quartiles, ours and the thesis's.
+static void add_table(const Att* s, OmReport* report) {
+    enum { NOWN = 8, NCOL = 11 };
+    static const char* const heading[NCOL] = {"attachments", "DSC",     "TPR, %",     "AVE, mm",
+                                              "MVE, mm",     "refused", "lost views", "ms",
+                                              "thesis: DSC", "TPR, %",  "AVE, mm"};
+    static const char* const thesis[OM_STUDY_NGUESS][3] = {
+        {"0", "0", "27.0 (13.4-52.0)"},
+        {"0.42 (0.31-0.55)", "93 (84-100)", "6.7 (2.5-12.4)"},
+        {"1", "100", "0.6 (0.2-1.7)"},
+        {NULL, NULL, NULL},
+        {NULL, NULL, NULL},
+        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
+        {NULL, NULL, NULL},
+        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
+        {NULL, NULL, NULL},
+        {NULL, NULL, NULL},
+        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
+        {NULL, NULL, NULL}};
+    char text[OM_STUDY_NGUESS][NOWN][WORD] = {{{0}}};
+    const char* cell[OM_STUDY_NGUESS * NCOL] = {NULL};
+    int nrow = 0;
+    for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess) {
+        const OmStudyGuessResult* r = &s->sum.by[guess];
+        if (!r->is_there) continue;
+        char(*t)[WORD] = text[nrow];
+        snprintf(t[0], WORD, "%s", om__study_guess_title[guess]);
+        om__attach_write_quartiles(t[1], WORD, 1, "%.2f", r->dsc);
+        om__attach_write_quartiles(t[2], WORD, 100, "%.0f", r->tpr);
+        om__attach_write_quartiles(t[3], WORD, 1e3, "%.1f", r->ave);
+        om__attach_write_quartiles(t[4], WORD, 1e3, "%.1f", r->mve);
+        if (guess >= OM_STUDY_SINGLE) {
+            snprintf(t[5], WORD, "%d of %d", r->nrefused, r->dsc.n);
+            snprintf(t[6], WORD, "%d", r->nlost);
+            snprintf(t[7], WORD, "%.0f", r->ms);
+        }
+        for (int c = 0; c < NOWN; ++c) cell[nrow * NCOL + c] = t[c];
+        for (int c = 0; c < 3; ++c) cell[nrow * NCOL + NOWN + c] = thesis[guess][c];
+        ++nrow;
+    }
+    om_report_heading(report, "Table 4.1");
+    om_report_table(report, heading, NCOL, cell, nrow);
+    om_report_paragraph(
+        report,
+        "Median and quartiles over views. The thesis's columns are its Table 4.1: other tissue, other layouts "
+        "and a network in place of the update; beside one view stands its row TestV, less than half of the surface "
+        "visible. A refused update counts as no attachment. Lost views have no correspondence, so the network says "
+        "nothing of them; with the others alone a fused answer stands. The network's correspondence goes through the "
+        "twin that physics has corrected, so its rows are not without physics. Still is no method: it knows the true "
+        "motion of the underside and shows what views of these lifts may tell.");
+}
+
+static OmStatus add_layouts(const Att* s, OmReport* report) {
+    enum { NCOL = 9 };
+    static const char* const heading[NCOL] = {"layout",  "held, %",      "view", "DSC",    "TPR, %",
+                                              "AVE, mm", "AVE Same, mm", "ms",   "refused"};
+    size_t nrow = (size_t)s->nlayout * ATT_NUPDATE, n = nrow * NCOL;
+    char(*text)[300] = om_alloc(n, sizeof *text);
+    const char** cell = om_alloc(n, sizeof *cell);
+    OmStatus status = text && cell ? OM_OK : OM_NO_MEMORY;
+    for (size_t i = 0; status == OM_OK && i < n; ++i) cell[i] = text[i];
+    for (size_t row = 0; status == OM_OK && row < nrow; ++row) {
+        const AttResult* r = &s->result[row / ATT_NUPDATE];
+        int k = (int)(row % ATT_NUPDATE);
+        const AttUpdate* u = &r->update[k];
+        char(*t)[300] = text + row * NCOL;
+        bool is_three = k == MATCH_NGRASP;
+        double ave = 0, same = 0;
+        for (int g = is_three ? 0 : k; g < (is_three ? MATCH_NGRASP : k + 1); ++g) {
+            double part = is_three ? 1.0 / MATCH_NGRASP : 1;
+            ave += part * r->ave[is_three ? OM_STUDY_THREE : OM_STUDY_SINGLE][g];
+            same += part * r->ave[OM_STUDY_SAME][g];
+        }
+        snprintf(t[0], sizeof *t, "%d", (int)(row / ATT_NUPDATE) + 1);
+        snprintf(t[1], sizeof *t, "%.0f", 100 * r->share);
+        if (is_three)
+            snprintf(t[2], sizeof *t, "all");
+        else
+            snprintf(t[2], sizeof *t, "%d", k + 1);
+        snprintf(t[3], sizeof *t, "%.2f", u->dsc);
+        snprintf(t[4], sizeof *t, "%.0f", 100 * u->tpr);
+        snprintf(t[5], sizeof *t, "%.1f", 1e3 * ave);
+        snprintf(t[6], sizeof *t, "%.1f", 1e3 * same);
+        snprintf(t[7], sizeof *t, "%.0f", u->ms);
+        snprintf(t[8], sizeof *t, "%s", u->is_accepted ? "" : u->reason);
+    }
+    if (status == OM_OK && s->sum.by[OM_STUDY_SINGLE].is_there) {
+        om_report_heading(report, "Layouts");
+        om_report_table(report, heading, NCOL, cell, (int)nrow);
+    }
+    om_free(text);
+    om_free(cell);
+    return status;
+}
+
+// The underside from above, x to the right, y up: found and true, missed, wrong.
+static OmStatus add_map(const Att* s, int layout, OmReport* report) {
+    const AttResult* r = &s->result[layout];
+    int side = s->cells + 1;
+    char head[64], line[ATT_NUPDATE * 64];
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    for (int y = side - 1; y >= 0 && status == OM_OK; --y) {
+        size_t n = 0;
+        for (int k = 0; k < ATT_NUPDATE; ++k) {
+            for (int x = 0; x < side; ++x) {
+                int i = x + side * y;  // the underside of om_tet_mesh_box, row by row
+                bool is_found = r->update[k].attached[i], is_true = r->truth[i];
+                line[n++] = is_found ? (is_true ? '#' : '+') : is_true ? 'o' : '.';
+            }
+            memcpy(line + n, "   ", 3);
+            n += 3;
+        }
+        line[n] = 0;
+        status = om_text_append(&text, "%s\n", line);
+    }
+    snprintf(head, sizeof head, "Layout %d", layout + 1);
+    if (status == OM_OK) om_report_details(report, head, text.str);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus add_maps(const Att* s, OmReport* report) {
+    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return OM_OK;
+    om_report_heading(report, "Attachments found");
+    om_report_paragraph(
+        report,
+        "The underside from above: # found and true, o missed, + found and not true, . free. From "
+        "left to right: views 1, 2, 3, and all three.");
+    for (int i = 0; i < s->nlayout; ++i) OM_TRY(add_map(s, i, report));
+    return OM_OK;
+}
+
+static void add_calibration(const Att* s, OmReport* report) {
+    const OmStudyAttachmentsSummary* sum = &s->sum;
+    if (!sum->by[OM_STUDY_SINGLE].is_there) return;
+    double x[OM_STUDY_NBIN], share[OM_STUDY_NBIN], wrong[OM_STUDY_NBIN];
+    const double diagonal[2] = {0, 1};
+    for (int b = 0; b < OM_STUDY_NBIN; ++b) {
+        x[b] = (b + 0.5) / OM_STUDY_NBIN;
+        share[b] = sum->bin_count[b] ? sum->bin_share[b] : HUGE_VAL;  // a gap
+        wrong[b] = sum->doubt_count[b] ? sum->doubt_wrong[b] : HUGE_VAL;
+    }
+    OmReportChart chart = {.title = "Are probabilities what they say?",
+                           .x_label = "estimated probability, bins of 0.1",
+                           .y_label = "share of vertices that is attached",
+                           .series = {{"single views", x, share, OM_STUDY_NBIN, false},
+                                      {"perfect", diagonal, diagonal, 2, false}},
+                           .nseries = 2};
+    om_report_heading(report, "Probability and uncertainty");
+    om_report_chart(report, &chart);
+    OmReportChart doubt = {.title = "Does uncertainty show errors?",
+                           .x_label = "uncertainty, bins of 0.1",
+                           .y_label = "share of vertices that is wrong",
+                           .series = {{"single views", x, wrong, OM_STUDY_NBIN, false}},
+                           .nseries = 1};
+    om_report_chart(report, &doubt);
+}
+
+static OmStatus add_pictures(const Att* s, OmReport* report) {
+    om_report_heading(report, "What the depth camera saw");
+    for (int i = 0; i < s->nlayout; ++i) {
+        MatchSetup setup = om__match_layout_setup(s->first + i, 0, s->cells);
+        MatchTruth truth;
+        bool is_new;
+        char text[64];
+        OM_TRY(om__match_truth_get(&setup, s->def->out_dir, s->def->nworker, &is_new, &truth));
+        const OmCamera* camera = &truth.head.camera;
+        OmPicture picture = {camera->width, camera->height, 3, truth.color[VIEW_FULL]};
+        snprintf(text, sizeof text, "layout %d, view 1, %.0f %% facing the camera", i + 1,
+                 100 * s->result[i].seen[0]);
+        om_report_picture(report, &picture, text);
+        om__match_truth_done(&truth);
+    }
+    return OM_OK;
+}
+
+static OmStatus write_report(const Att* s) {
+    char path[MAX_PATH], text[96];
+    OM_TRY(path_of(s, "report.html", path));
+    OmReport report;
+    snprintf(text, sizeof text, "estimated from views of a lifted sheet; layouts of set %d%s",
+             s->def->set, s->def->is_quick ? ", quick" : "");
+    om_report_begin(&report, "Attachments", text);
+    add_outcome(s, &report);
+    add_table(s, &report);
+    OmStatus status = add_layouts(s, &report);
+    add_calibration(s, &report);
+    if (status == OM_OK) status = add_maps(s, &report);
+    if (status == OM_OK) status = add_pictures(s, &report);
+    om_report_heading(&report, "How");
+    om_report_paragraph(
+        &report,
+        "The truth is a sheet of 120 x 120 x 5 mm on a board in the simulated world: one and a half times the "
+        "twin's cells along a side, two layers, 0.85 of its stiffness. Each layout is grasped at three places "
+        "and lifted by 30, 40 or 50 mm by one arm; the depth camera sees it with the noise of a D435 and the tool "
+        "in view. The twin believes in no attachment. AVE and MVE are the mean and largest distance between the "
+        "moved twin and the truth at all vertices of the twin.");
+    if (status < 0) {
+        om_report_done(&report);
+        return status;
+    }
+    return om_report_save(&report, path);
+}
+
+// ---- study.json, vertices.csv ---------------------------------------------------------------------
+
+static void put_guesses(OmJson* json, const Att* s) {
+    om_json_open(json, "by", '{');
+    for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess) {
+        const OmStudyGuessResult* r = &s->sum.by[guess];
+        if (!r->is_there) continue;
+        om_json_open(json, om__study_guess_name[guess], '{');
+        om_json_integer(json, "n", r->dsc.n);
+        om__attach_put_quartiles(json, "dsc", 1, r->dsc);
+        om__attach_put_quartiles(json, "tpr", 1, r->tpr);
+        om__attach_put_quartiles(json, "ave_mm", 1e3, r->ave);
+        om__attach_put_quartiles(json, "mve_mm", 1e3, r->mve);
+        om_json_integer(json, "refused", r->nrefused);
+        om_json_integer(json, "lost_views", r->nlost);
+        om_json_number(json, "processor_ms", r->ms);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, '}');
+}
+
+static void put_calibration(OmJson* json, const OmStudyAttachmentsSummary* sum) {
+    om_json_open(json, "calibration", '[');
+    for (int b = 0; b < OM_STUDY_NBIN; ++b) {
+        om_json_open(json, NULL, '{');
+        om_json_number(json, "from", b / (double)OM_STUDY_NBIN);
+        om_json_integer(json, "vertices", sum->bin_count[b]);
+        om_json_number(json, "attached", sum->bin_share[b]);
+        om_json_integer(json, "uncertain_vertices", sum->doubt_count[b]);
+        om_json_number(json, "wrong", sum->doubt_wrong[b]);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+}
+
+static void put_update(OmJson* json, const AttUpdate* u) {
+    om_json_open(json, NULL, '{');
+    om_json_bool(json, "is_accepted", u->is_accepted);
+    om_json_string(json, "reason", u->reason);
+    om_json_number(json, "dsc", u->dsc);
+    om_json_number(json, "tpr", u->tpr);
+    om_json_number(json, "seen_share", u->seen_share);
+    om_json_number(json, "moved_share", u->moved_share);
+    om_json_integer(json, "choice", u->choice);
+    om_json_number(json, "after_median_mm", 1e3 * u->after_median);
+    om_json_number(json, "processor_ms", u->ms);
+    om_json_number(json, "fit_ms", u->fit_ms);
+    om_json_number(json, "infer_ms", u->infer_ms);
+    om_json_number(json, "check_ms", u->check_ms);
+    om_json_close(json, '}');
+}
+
+static void put_updates(OmJson* json, const char* key, const AttUpdate* update) {
+    om_json_open(json, key, '[');
+    for (int k = 0; k < ATT_NUPDATE && update[k].is_there; ++k) put_update(json, &update[k]);
+    om_json_close(json, ']');
+}
+
+static OmStatus write_json(const Att* s) {
+    char path[MAX_PATH];
+    OM_TRY(path_of(s, "study.json", path));
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_integer(&json, "set", s->def->set);
+    om_json_bool(&json, "is_met", s->sum.is_met);
+    put_guesses(&json, s);
+    put_calibration(&json, &s->sum);
+    om_json_open(&json, "layouts", '[');
+    for (int i = 0; i < s->nlayout; ++i) {
+        const AttResult* r = &s->result[i];
+        om_json_open(&json, NULL, '{');
+        om_json_number(&json, "share", r->share);
+        om_json_numbers(&json, "facing", r->seen, MATCH_NGRASP);
+        for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess) {
+            char key[32];
+            if (!s->sum.by[guess].is_there) continue;
+            snprintf(key, sizeof key, "ave_%s", om__study_guess_name[guess]);
+            om_json_numbers(&json, key, r->ave[guess], MATCH_NGRASP);
+            snprintf(key, sizeof key, "mve_%s", om__study_guess_name[guess]);
+            om_json_numbers(&json, key, r->mve[guess], MATCH_NGRASP);
+        }
+        put_updates(&json, "updates", r->update);
+        if (s->sum.has_network) {
+            put_updates(&json, "network", r->network);
+            put_updates(&json, "joint", r->joint);
+        }
+        om_json_close(&json, '}');
+    }
+    om_json_close(&json, ']');
+    om_json_close(&json, '}');
+    return om_json_save(&json, path);
+}
+
+static OmStatus write_csv(const Att* s) {
+    char path[MAX_PATH];
+    OmText t = {0};
+    OM_TRY(path_of(s, "vertices.csv", path));
+    OmStatus status =
+        om_text_append(&t, "layout,views,x_mm,y_mm,true,attached,probability,uncertainty\n");
+    for (int i = 0; i < s->nlayout; ++i) {
+        const AttResult* r = &s->result[i];
+        for (int k = 0; k < ATT_NUPDATE && r->update[k].is_there; ++k) {
+            const AttUpdate* u = &r->update[k];
+            for (int v = 0; v < r->nnode && status == OM_OK; ++v)
+                status = om_text_append(&t, "%d,%s,%.1f,%.1f,%d,%d,%.6f,%.6f\n", i + 1,
+                                        k == 0   ? "1"
+                                        : k == 1 ? "2"
+                                        : k == 2 ? "3"
+                                                 : "all",
+                                        1e3 * r->node_x[v][0], 1e3 * r->node_x[v][1], r->truth[v],
+                                        u->attached[v], (double)u->probability[v],
+                                        (double)u->uncertainty[v]);
+        }
+    }
+    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
+    om_text_done(&t);
+    return status;
+}
+
+OmStatus om__att_write(const Att* s) {
+    OM_TRY(write_json(s));
+    OM_TRY(write_csv(s));
+    return write_report(s);
+}

@@ -1,0 +1,234 @@
+// study_correspondence.c: ways to find material points, each on the same scans of the same truths.
+//
+// The error of an answer is its distance from the true material point in the rest shape, point to surface: answers and
+// truth are points of triangles, not vertices. Points whose material moved less than 5 mm are left out: every way finds
+// them. Times are processor time of one case, the least of three runs of a way.
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "studies/study_correspondence.h"
+
+#define COOKIE 0x57d1c0deu
+#define NRUN 3
+
+OmStudyCorrespondenceDef om_study_correspondence_default_def(const char* out_dir) {
+    return (OmStudyCorrespondenceDef){.out_dir = out_dir, .spacing = 0.0025, .cookie = COOKIE};
+}
+
+static OmStatus validate(const OmStudyCorrespondenceDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "correspondence study: a definition not made by om_study_correspondence_default_def");
+    OM_CHECK(d->out_dir, OM_INVALID, "correspondence study: no folder");
+    OM_CHECK(d->spacing >= 0.002 && d->spacing <= 0.02, OM_INVALID,
+             "correspondence study: spacing is %g m: 0.002 to 0.02", d->spacing);
+    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
+             "correspondence study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    return OM_OK;
+}
+
+// ---- one case -------------------------------------------------------------------------------------
+
+typedef struct Stage {  // of one case
+    const Cor* s;
+    const MatchCase* c;
+    const MatchSetup* setup;
+    MatchTruth truth;
+    MatchTwin twin[2];
+    OmScan scan;
+    OmMatch* match;
+    OmMatchLive* live;
+    OmSpectralBasis basis;
+    OmMatchGrasp grasp[OM_MAX_ARM];
+    double* rest;  // true material points         (npoint x 3)
+    WayAnswer answer;
+} Stage;
+
+static void stage_done(Stage* g) {
+    om_match_live_destroy(g->live);
+    om_match_destroy(g->match);
+    om_spectral_basis_done(&g->basis);
+    om_scan_done(&g->scan);
+    om__match_truth_done(&g->truth);
+    om__match_twin_done(&g->twin[0]);
+    om__match_twin_done(&g->twin[1]);
+    om_free(g->rest);
+    om_free(g->answer.x_rest);
+    om_free(g->answer.has);
+}
+
+static double processor_ms(clock_t begin) {
+    return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+}
+
+static OmStatus make_scan(Stage* g, CorResult* r) {
+    const OmSite* site = &g->twin[0].site;
+    clock_t begin = clock();
+    OM_TRY(om__match_scan(&g->truth, site, &g->setup->move, g->c, g->s->def->spacing, &g->scan));
+    r->scan_ms = processor_ms(begin);
+    r->npoint = g->scan.npoint;
+    OM_CHECK(r->npoint > 0 && r->npoint <= COR_MAX_POINT, OM_INVALID, "%s: %d points in the scan",
+             g->c->name, r->npoint);
+    size_t n = (size_t)r->npoint;
+    double* distance;
+    OM_ALLOC(g->rest, 3 * n);
+    OM_ALLOC(g->answer.x_rest, 3 * n);
+    OM_ALLOC(g->answer.has, n);
+    OM_ALLOC(distance, n);
+    OmStatus status = om__match_find_material(&g->truth, r->npoint, g->scan.x, g->rest, distance);
+    for (int i = 0; status == OM_OK && i < r->npoint; ++i) {
+        r->off += distance[i] / r->npoint;
+        r->moved[i] = (float)om_distance(om_load3(g->rest, i), om_load3(g->scan.x, i));
+    }
+    om_free(distance);
+    return status;
+}
+
+static OmStatus try_way(Stage* g, OmStudyWay way, const WayInput* in, CorResult* r) {
+    CorWay* w = &r->way[way];
+    for (int run = 0; run < NRUN; ++run) {
+        clock_t begin = clock();
+        OM_TRY(om__study_way_find(way, in, &g->answer));
+        double ms = processor_ms(begin);
+        w->ms = run ? fmin(w->ms, ms) : ms;
+    }
+    w->is_lost = g->answer.is_lost;
+    snprintf(w->reason, sizeof w->reason, "%s", g->answer.reason);
+    for (int i = 0; i < r->npoint; ++i) {
+        double error = om_distance(om_load3(g->answer.x_rest, i), om_load3(g->rest, i));
+        w->error[i] = g->answer.has[i] ? (float)error : -1;
+    }
+    return OM_OK;
+}
+
+static OmStatus run_case(const Cor* s, const MatchCase* c, CorResult* r) {
+    static const double share[2] = {0.7, 1};
+    Stage g = {.s = s, .c = c, .setup = &om__match_setup[c->setup]};
+    OmMatchDef def;
+    bool is_new;
+    OmStatus status;
+    memset(r, 0, sizeof *r);
+    OM_TRY_DONE(om__match_truth_get(g.setup, s->def->out_dir, s->def->nworker, &is_new, &g.truth));
+    for (int k = 0; k < 2; ++k)
+        OM_TRY_DONE(om__match_twin_get(g.setup, c->belief, &g.truth, share[k], s->def->nworker,
+                                       &g.twin[k]));
+    OM_TRY_DONE(make_scan(&g, r));
+    def = om_match_default_def(&g.twin[0].scene, &g.twin[0].site);
+    OM_TRY_DONE(om_match_create(&def, &g.match));
+    OmMatchLiveDef live = om_match_live_default_def(g.match);
+    OM_TRY_DONE(om_match_live_create(&live, &g.live));
+    OM_TRY_DONE(om_spectral_basis_init(om_match_view(g.match)->surface, WAY_NPAIR, &g.basis));
+    WayInput in = {.live = g.live,
+                   .view = om_match_view(g.match),
+                   .basis = &g.basis,
+                   .scan = &g.scan,
+                   .ngrasp = om__match_grasps(&g.truth, &g.setup->move, g.grasp),
+                   .grasp = g.grasp,
+                   .x_twin = {g.twin[0].x, g.twin[1].x}};
+    r->nmodel = in.view->surface->nvert;
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) OM_TRY_DONE(try_way(&g, way, &in, r));
+done:
+    stage_done(&g);
+    if (status < 0) return om_error_prefix(status, "%s", c->name);
+    return status;
+}
+
+// ---- all cases ------------------------------------------------------------------------------------
+
+OmStatus om__cor_summarise(const Cor* s, OmStudyWay way, const unsigned char* which,
+                           OmStudyWayResult* result) {
+    *result = (OmStudyWayResult){0};
+    double *error, ms[256];
+    int n = 0, nms = 0;
+    OM_ALLOC(error, (size_t)s->ncase * COR_MAX_POINT + 1);
+    for (int k = 0; k < s->ncase; ++k) {
+        const CorResult* r = &s->result[k];
+        const CorWay* w = &r->way[way];
+        if (which && !which[k]) continue;
+        result->nlost += w->is_lost != 0;
+        if (nms < 256) ms[nms++] = w->ms;
+        for (int i = 0; i < r->npoint; ++i) {
+            if ((double)r->moved[i] < COR_MOVED) continue;
+            ++result->npoint;
+            if (w->error[i] >= 0) error[n++] = (double)w->error[i];
+        }
+    }
+    if (n > 0) {
+        om_sort_doubles(error, n);
+        result->answered = (double)n / result->npoint;
+        result->median = error[n / 2];
+        result->p90 = error[(int)(0.9 * (n - 1))];
+        result->worst = error[n - 1];
+    }
+    if (nms > 0) {
+        om_sort_doubles(ms, nms);
+        result->ms = ms[nms / 2];
+    }
+    om_free(error);
+    return OM_OK;
+}
+
+static OmStatus summarise(Cor* s) {
+    unsigned char which[256] = {0};
+    for (int k = 0; k < s->ncase && k < 256; ++k) {
+        const MatchCase* c = &s->list[k];
+        which[k] = strncmp(c->name, "fold 135", 8) == 0 && c->belief == BELIEF_RIGHT;
+    }
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) {
+        OM_TRY(om__cor_summarise(s, way, NULL, &s->sum.all[way]));
+        OM_TRY(om__cor_summarise(s, way, which, &s->sum.fold[way]));
+    }
+    const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
+    s->sum.ncase = s->ncase;
+    s->sum.is_met = live->npoint > 0 && live->answered > 0 && live->median <= OM_STUDY_COR_MEDIAN &&
+                    live->p90 <= OM_STUDY_COR_P90 && live->answered >= OM_STUDY_COR_ANSWERED &&
+                    live->ms <= OM_STUDY_COR_MS;
+    return OM_OK;
+}
+
+// Hash of everything that the result of a case depends on, but the truth's file.
+static uint64_t hash_case(const Cor* s, const MatchCase* c) {
+    const int method = COR_METHOD;
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(&method, sizeof method, hash);
+    hash = om_hash(c->name, strlen(c->name), hash);
+    const double number[] = {c->setup, c->view, c->seen, c->keeps_far, c->belief, s->def->spacing};
+    hash = om_hash(number, sizeof number, hash);
+    return hash;
+}
+
+static OmStatus run(Cor* s) {
+    for (int k = 0; k < s->ncase; ++k) {
+        const MatchCase* c = &s->list[k];
+        CorResult* r = &s->result[k];
+        char name[64];
+        OM_TRY(om_progress_report(s->progress, c->name, k, s->ncase));
+        snprintf(name, sizeof name, "case-%s%02d.bin", s->def->is_quick ? "quick-" : "", k + 1);
+        if (om__match_load_result(s->def->out_dir, name, hash_case(s, c), r, sizeof *r)) continue;
+        OM_TRY(run_case(s, c, r));
+        ++s->sum.nnew;
+        OM_TRY(om__match_save_result(s->def->out_dir, name, hash_case(s, c), r, sizeof *r));
+    }
+    return summarise(s);
+}
+
+OmStatus om_study_correspondence_run(const OmStudyCorrespondenceDef* def,
+                                     const OmProgress* progress,
+                                     OmStudyCorrespondenceSummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    OM_TRY(validate(def));
+    Cor s = {.def = def,
+             .progress = progress,
+             .ncase = def->is_quick ? om__match_nquick : om__match_ncase,
+             .list = def->is_quick ? om__match_quick_case : om__match_case};
+    OmFolder folder = {0};
+    s.result = om_calloc((size_t)s.ncase, sizeof *s.result);
+    if (!s.result) return OM_NO_MEMORY;
+    OmStatus status = om_folder_open(def->out_dir, "correspondence study", &folder);
+    if (status == OM_OK) status = run(&s);
+    if (status == OM_OK) status = om__cor_write(&s);
+    if (status == OM_OK) *summary = s.sum;
+    om_folder_end(&folder);
+    om_free(s.result);
+    return status;
+}

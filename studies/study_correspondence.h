@@ -1,0 +1,42 @@
+// study_correspondence.h: shared by the files of the study of correspondence.
+#ifndef OMENTUM_STUDY_CORRESPONDENCE_H
+#define OMENTUM_STUDY_CORRESPONDENCE_H
+
+#include "studies/study_internal.h"
+#include "studies/study_match_ways.h"
+
+#define COR_MAX_POINT 4096
+#define COR_MOVED 0.005  // m: points that moved less are not judged
+// Raise it with every change of the method: results in folders are then made anew.
+#define COR_METHOD 2
+
+typedef struct CorWay {
+    int is_lost;
+    double ms;                   // processor time
+    char reason[256];            // why it is lost
+    float error[COR_MAX_POINT];  // m, in the rest shape; below 0: no answer
+} CorWay;
+
+typedef struct CorResult {  // of one case; the contents of its file
+    int npoint, nmodel;     // points of the scan, vertices of the twin's surface
+    double scan_ms;
+    double off;                  // m, mean distance of the scan from the true surface
+    float moved[COR_MAX_POINT];  // m, how far the material point went
+    CorWay way[OM_STUDY_NWAY];
+} CorResult;
+
+typedef struct Cor {
+    const OmStudyCorrespondenceDef* def;
+    const OmProgress* progress;
+    int ncase;
+    const MatchCase* list;  // (ncase)
+    CorResult* result;      // (ncase)
+    OmStudyCorrespondenceSummary sum;
+} Cor;
+
+// A way over all cases for which `which` is nonzero (null: all).
+OmStatus om__cor_summarise(const Cor* s, OmStudyWay way, const unsigned char* which,
+                           OmStudyWayResult* result);
+OmStatus om__cor_write(const Cor* s);
+
+#endif

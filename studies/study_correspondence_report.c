@@ -1,0 +1,277 @@
+// study_correspondence_report.c: the study of correspondence as report.html, study.json and errors.csv.
+#include <math.h>
+
+#include "studies/study_correspondence.h"
+
+#define MAX_PATH 1024
+#define WORD 64
+
+static OmStatus path_of(const Cor* s, const char* name, char* path) {
+    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
+}
+
+// One case of a way.
+static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* result) {
+    unsigned char which[256] = {0};
+    which[k] = 1;
+    return om__cor_summarise(s, way, which, result);
+}
+
+// ---- report.html ----------------------------------------------------------------------------------
+
+static void add_outcome(const Cor* s, OmReport* report) {
+    const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
+    char text[400];
+    snprintf(
+        text, sizeof text,
+        "Folds of 135 degrees with a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
+        "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
+        "%d ms is %s.",
+        1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms,
+        1e3 * OM_STUDY_COR_MEDIAN, 1e3 * OM_STUDY_COR_P90, 100 * OM_STUDY_COR_ANSWERED,
+        OM_STUDY_COR_MS, s->sum.is_met ? "met" : "missed");
+    om_report_verdict(report, text, s->sum.is_met);
+}
+
+static void add_summary(const OmStudyWayResult* result, const char* title, OmReport* report) {
+    enum { NCOL = 7 };
+    static const char* const heading[NCOL] = {
+        "way",         "median, mm", "90 %, mm",          "worst, mm",
+        "answered, %", "lost cases", "processor time, ms"};
+    char text[OM_STUDY_NWAY][NCOL][WORD];
+    const char* cell[OM_STUDY_NWAY * NCOL];
+    int nrow = 0;
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) {
+        const OmStudyWayResult* r = &result[way];
+        char(*t)[WORD] = text[nrow];
+        snprintf(t[0], WORD, "%s", om__study_way_title[way]);
+        snprintf(t[1], WORD, "%.1f", 1e3 * r->median);
+        snprintf(t[2], WORD, "%.1f", 1e3 * r->p90);
+        snprintf(t[3], WORD, "%.1f", 1e3 * r->worst);
+        snprintf(t[4], WORD, "%.0f", 100 * r->answered);
+        snprintf(t[5], WORD, "%d", r->nlost);
+        snprintf(t[6], WORD, "%.1f", r->ms);
+        for (int c = 0; c < NCOL; ++c) cell[nrow * NCOL + c] = t[c];
+        ++nrow;
+    }
+    om_report_heading(report, title);
+    om_report_table(report, heading, NCOL, cell, nrow);
+}
+
+static OmStatus add_cases(const Cor* s, OmReport* report) {
+    const char* heading[OM_STUDY_NWAY + 2] = {"case", "points judged"};
+    int way_of[OM_STUDY_NWAY], nway = 0;
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) {
+        heading[2 + nway] = om__study_way_title[way];
+        way_of[nway++] = way;
+    }
+    int ncol = nway + 2;
+    size_t n = (size_t)s->ncase * (size_t)ncol;
+    char(*text)[WORD] = om_alloc(n, WORD);
+    const char** cell = om_alloc(n, sizeof *cell);
+    OmStatus status = text && cell ? OM_OK : OM_NO_MEMORY;
+    for (int k = 0; status == OM_OK && k < s->ncase; ++k) {
+        size_t at = (size_t)k * (size_t)ncol;
+        snprintf(text[at], WORD, "%s", s->list[k].name);
+        for (int w = 0; status == OM_OK && w < nway; ++w) {
+            OmStudyWayResult r;
+            status = one_case(s, k, way_of[w], &r);
+            snprintf(text[at + 1], WORD, "%d", r.npoint);
+            const char* lost = s->result[k].way[way_of[w]].is_lost ? ", lost" : "";
+            if (r.answered > 0.995)
+                snprintf(text[at + 2 + (size_t)w], WORD, "%.1f / %.1f / %.1f%s", 1e3 * r.median,
+                         1e3 * r.p90, 1e3 * r.worst, lost);
+            else if (r.answered > 0)
+                snprintf(text[at + 2 + (size_t)w], WORD, "%.1f / %.1f / %.1f, %.0f %%%s",
+                         1e3 * r.median, 1e3 * r.p90, 1e3 * r.worst, 100 * r.answered, lost);
+            else
+                snprintf(text[at + 2 + (size_t)w], WORD, "none%s", lost);
+        }
+    }
+    for (size_t i = 0; status == OM_OK && i < n; ++i) cell[i] = text[i];
+    if (status == OM_OK) {
+        om_report_heading(report, "Cases");
+        om_report_paragraph(
+            report,
+            "Error in the rest shape in mm: median / 90 % / worst, over points that moved by "
+            "5 mm or more; a percentage is the share of them with an answer, where it is not "
+            "all. \"fewer\", \"more\", \"elsewhere\", \"none\" are the attachments of the twin.");
+        om_report_table(report, heading, ncol, cell, s->ncase);
+    }
+    om_free(text);
+    om_free(cell);
+    return status;
+}
+
+// Median error by case: a line for each way.
+static OmStatus add_chart(const Cor* s, OmReport* report) {
+    double* value;
+    OM_ALLOC(value, (size_t)(OM_STUDY_NWAY + 1) * (size_t)s->ncase);
+    double* x = value + OM_STUDY_NWAY * s->ncase;
+    OmReportChart chart = {.title = "Median error by case",
+                           .x_label = "case, in the order of the table",
+                           .y_label = "median error, mm",
+                           .has_limit = true,
+                           .limit = 1e3 * OM_STUDY_COR_MEDIAN,
+                           .limit_name = "goal"};
+    OmStatus status = OM_OK;
+    for (int k = 0; k < s->ncase; ++k) x[k] = k + 1;
+    for (int way = 0; way < OM_STUDY_NWAY && chart.nseries < OM_REPORT_MAX_SERIES; ++way) {
+        double* y = value + way * s->ncase;
+        for (int k = 0; k < s->ncase && status == OM_OK; ++k) {
+            OmStudyWayResult r;
+            status = one_case(s, k, way, &r);
+            y[k] = r.answered > 0 ? 1e3 * r.median : HUGE_VAL;  // a gap
+        }
+        chart.series[chart.nseries++] =
+            (OmReportSeries){om__study_way_title[way], x, y, s->ncase, false};
+    }
+    if (status == OM_OK) om_report_chart(report, &chart);
+    om_free(value);
+    return status;
+}
+
+static OmStatus add_pictures(const Cor* s, OmReport* report) {
+    om_report_heading(report, "What the depth camera saw");
+    bool is_shown[MATCH_NSETUP] = {false};
+    for (int k = 0; k < s->ncase; ++k) {
+        const MatchCase* c = &s->list[k];
+        if (is_shown[c->setup]) continue;
+        is_shown[c->setup] = true;
+        MatchTruth truth;
+        bool is_new;
+        const MatchSetup* setup = &om__match_setup[c->setup];
+        OM_TRY(om__match_truth_get(setup, s->def->out_dir, s->def->nworker, &is_new, &truth));
+        const OmCamera* camera = &truth.head.camera;
+        OmPicture picture = {camera->width, camera->height, 3, truth.color[c->view]};
+        om_report_picture(report, &picture, c->name);
+        om__match_truth_done(&truth);
+    }
+    return OM_OK;
+}
+
+static OmStatus write_report(const Cor* s) {
+    char path[MAX_PATH], text[900];
+    OM_TRY(path_of(s, "report.html", path));
+    OmReport report;
+    om_report_begin(&report, "Correspondence",
+                    "material points of a folded and pulled sheet, by several ways");
+    add_outcome(s, &report);
+    add_summary(s->sum.all, "All cases", &report);
+    add_summary(s->sum.fold, "Folds of 135 degrees, right attachments", &report);
+    OmStatus status = add_chart(s, &report);
+    if (status == OM_OK) status = add_cases(s, &report);
+    if (status == OM_OK) status = add_pictures(s, &report);
+    om_report_heading(&report, "How");
+    snprintf(
+        text, sizeof text,
+        "The truth is a sheet of 120 x 120 x 5 mm on a board in the simulated world: one and a half times "
+        "the twin's cells along a side, two layers, 0.85 of its stiffness, moved by the world's arms and seen "
+        "by its depth camera. A scan has points %.1f mm apart; the scans have %d to %d points, the twin's "
+        "surface %d vertices. The true material point is the nearest point of the true surface that faces the "
+        "camera (the scans are %.2f mm from it on average). The twin is moved by the measured tips. A part of "
+        "the view is cut off by a plane.",
+        1e3 * s->def->spacing, s->result[0].npoint, s->result[s->ncase - 1].npoint,
+        s->result[0].nmodel, 1e3 * s->result[0].off);
+    om_report_paragraph(&report, text);
+    if (status < 0) {
+        om_report_done(&report);
+        return status;
+    }
+    return om_report_save(&report, path);
+}
+
+// ---- study.json, errors.csv -----------------------------------------------------------------------
+
+static void put_way(OmJson* json, OmStudyWay way, const OmStudyWayResult* r) {
+    om_json_open(json, om__study_way_name[way], '{');
+    om_json_integer(json, "points", r->npoint);
+    om_json_integer(json, "lost", r->nlost);
+    om_json_number(json, "answered", r->answered);
+    if (r->answered > 0) {
+        om_json_number(json, "median_mm", 1e3 * r->median);
+        om_json_number(json, "p90_mm", 1e3 * r->p90);
+        om_json_number(json, "worst_mm", 1e3 * r->worst);
+    }
+    om_json_number(json, "processor_ms", r->ms);
+    om_json_close(json, '}');
+}
+
+static OmStatus put_cases(OmJson* json, const Cor* s) {
+    om_json_open(json, "cases", '[');
+    for (int k = 0; k < s->ncase; ++k) {
+        const MatchCase* c = &s->list[k];
+        const CorResult* r = &s->result[k];
+        om_json_open(json, NULL, '{');
+        om_json_string(json, "case", c->name);
+        om_json_string(json, "motion", om__match_setup[c->setup].name);
+        om_json_string(json, "view", om__match_view_name[c->view]);
+        om_json_number(json, "seen", c->seen);
+        om_json_string(json, "attachments", om__match_belief_name[c->belief]);
+        om_json_integer(json, "scan_points", r->npoint);
+        om_json_integer(json, "model_vertices", r->nmodel);
+        om_json_number(json, "scan_ms", r->scan_ms);
+        om_json_number(json, "scan_off_mm", 1e3 * r->off);
+        om_json_open(json, "ways", '{');
+        for (int way = 0; way < OM_STUDY_NWAY; ++way) {
+            OmStudyWayResult result;
+            OM_TRY(one_case(s, k, way, &result));
+            put_way(json, way, &result);
+        }
+        om_json_close(json, '}');
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+    return OM_OK;
+}
+
+static OmStatus write_json(const Cor* s) {
+    char path[MAX_PATH];
+    OM_TRY(path_of(s, "study.json", path));
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_number(&json, "spacing_mm", 1e3 * s->def->spacing);
+    om_json_bool(&json, "is_met", s->sum.is_met);
+    om_json_open(&json, "all", '{');
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) put_way(&json, way, &s->sum.all[way]);
+    om_json_close(&json, '}');
+    om_json_open(&json, "fold_135_right", '{');
+    for (int way = 0; way < OM_STUDY_NWAY; ++way) put_way(&json, way, &s->sum.fold[way]);
+    om_json_close(&json, '}');
+    OmStatus status = put_cases(&json, s);
+    om_json_close(&json, '}');
+    if (status == OM_OK) return om_json_save(&json, path);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus write_csv(const Cor* s) {
+    char path[MAX_PATH];
+    OmText t = {0};
+    OM_TRY(path_of(s, "errors.csv", path));
+    OmStatus status = om_text_append(&t, "case,moved_mm");
+    for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way)
+        status = om_text_append(&t, ",%s_mm", om__study_way_name[way]);
+    for (int k = 0; k < s->ncase; ++k) {
+        const CorResult* r = &s->result[k];
+        for (int i = 0; i < r->npoint && status == OM_OK; ++i) {
+            status = om_text_append(&t, "\n%d,%.2f", k + 1, 1e3 * (double)r->moved[i]);
+            for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way) {
+                double e = 1e3 * (double)r->way[way].error[i];
+                bool has = e >= 0;
+                status = has ? om_text_append(&t, ",%.2f", e) : om_text_append(&t, ",");
+            }
+        }
+    }
+    if (status == OM_OK) status = om_text_append(&t, "\n");
+    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
+    om_text_done(&t);
+    return status;
+}
+
+OmStatus om__cor_write(const Cor* s) {
+    OM_TRY(write_json(s));
+    OM_TRY(write_csv(s));
+    return write_report(s);
+}

@@ -1,0 +1,103 @@
+// study_kidney.c: the study of fat over the kidney: its parts, goals and folder.
+#include <string.h>
+
+#include "omentum/banet_net.h"
+#include "studies/study_kidney_case.h"
+
+#define COOKIE 0x6b1d4e79u
+#define SIDE 0.3  // m, of the thesis's grid: om_banet_default_side of fat of 10 mm, two voxels
+
+OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* volume) {
+    return (OmStudyKidneyDef){
+        .out_dir = out_dir, .volume = volume, .nsample = 600, .nrun = 10, .cookie = COOKIE};
+}
+
+static OmStatus validate(const OmStudyKidneyDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "kidney study: a definition not made by om_study_kidney_default_def");
+    OM_CHECK(d->out_dir && d->volume, OM_INVALID, "kidney study: no folder, or no volume");
+    OM_CHECK(d->nsample >= 0 && d->nsample <= OM_STUDY_KIDNEY_MAX_SAMPLE, OM_INVALID,
+             "kidney study: nsample is %d: 0 to %d", d->nsample, OM_STUDY_KIDNEY_MAX_SAMPLE);
+    OM_CHECK(d->nrun >= 0 && d->nrun <= OM_STUDY_KIDNEY_MAX_RUN, OM_INVALID,
+             "kidney study: nrun is %d: 0 to %d", d->nrun, OM_STUDY_KIDNEY_MAX_RUN);
+    OM_CHECK(d->nsample > 0 || d->nrun > 0, OM_INVALID,
+             "kidney study: nsample and nrun are 0: nothing to do");
+    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
+             "kidney study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    return OM_OK;
+}
+
+KidneyCases om__kidney_make_cases(bool is_quick) {
+    KidneyCases c = {.nstate = 1, .state = {1}, .ngrasp = 1, .grasp = {2}, .nlevel = 2};
+    if (is_quick) return c;
+    c = (KidneyCases){.nstate = KIDNEY_NSTATE, .ngrasp = KIDNEY_NGRASP, .nlevel = KIDNEY_NLEVEL};
+    for (int i = 0; i < c.nstate; ++i) c.state[i] = i;
+    for (int i = 0; i < c.ngrasp; ++i) c.grasp[i] = i;
+    return c;
+}
+
+static bool is_met(const OmStudyKidneyDef* d, const OmStudyKidneySummary* sum) {
+    const OmStudyKidneyTable* all = &sum->by[OM_STUDY_KIDNEY_ALL];
+    bool samples = sum->dsc.median >= OM_STUDY_KIDNEY_DSC && sum->ave.median <= OM_STUDY_KIDNEY_AVE;
+    bool lifts = all->is_there && all->mean <= OM_STUDY_KIDNEY_MEAN &&
+                 all->worst <= OM_STUDY_KIDNEY_ROW && all->ratio <= OM_STUDY_KIDNEY_RATIO;
+    return sum->has_network && (samples || d->nsample == 0) && (lifts || d->nrun == 0);
+}
+
+// ---- the network --------------------------------------------------------------------------------------
+
+static OmStatus estimate(void* ctx, const OmSurface* surface, const double* u, const double* seen,
+                         double* probability) {
+    return om_banet_estimate(ctx, SIDE, surface, u, seen, probability);
+}
+
+static OmStatus load_network(Kidney* s, OmBanetNet** net) {
+    OM_TRY(om_banet_net_find(s->def->weights, NULL, net));
+    s->sum.has_network = *net != NULL;
+    if (!*net) return OM_OK;
+    s->estimate = estimate;
+    s->estimate_ctx = *net;
+    s->threshold = om_banet_net_threshold(*net);
+    s->net_hash = om_banet_net_hash(*net);
+    return OM_OK;
+}
+
+// ---- the study ----------------------------------------------------------------------------------------
+
+static OmStatus run(Kidney* s) {
+    const OmStudyKidneyDef* d = s->def;
+    OM_TRY(om__kidney_build_site(&s->scene, OM_SITE_TWIN, -1, &s->twin));
+    if (d->nsample > 0) {
+        OM_TRY(om__kidney_run_samples(s));
+        OM_TRY(om__kidney_summarise_samples(s));
+    }
+    if (d->nrun > 0) {
+        OM_TRY(om__kidney_run_lifts(s));
+        OM_TRY(om__kidney_summarise_lifts(s));
+    }
+    s->sum.is_met = is_met(d, &s->sum);
+    return om__kidney_write(s);
+}
+
+OmStatus om_study_kidney_run(const OmStudyKidneyDef* def, const OmProgress* progress,
+                             OmStudyKidneySummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    OM_TRY(validate(def));
+    Kidney s = {.def = def, .progress = progress, .cases = om__kidney_make_cases(def->is_quick)};
+    OmFolder folder = {0};
+    OmBanetNet* net = NULL;
+    OM_TRY(om__kidney_make_scene(def->volume, def->is_quick, &s.scene));
+    OM_TRY(load_network(&s, &net));
+    s.sample = om_calloc((size_t)def->nsample + 1, sizeof *s.sample);
+    s.result = om_calloc((size_t)(s.cases.nstate * def->nrun) + 1, sizeof *s.result);
+    OmStatus status = s.result && s.sample ? OM_OK : OM_NO_MEMORY;
+    if (status == OM_OK) status = om_folder_open(def->out_dir, "kidney study", &folder);
+    if (status == OM_OK) status = run(&s);
+    if (status == OM_OK) *summary = s.sum;
+    om_folder_end(&folder);
+    om_site_done(&s.twin);
+    om_banet_net_destroy(net);
+    om_free(s.sample);
+    om_free(s.result);
+    return status;
+}

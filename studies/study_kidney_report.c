@@ -1,0 +1,459 @@
+// study_kidney_report.c: the study of fat over the kidney as report.html, study.json, views.csv and samples.csv.
+#include <string.h>
+
+#include "studies/study_attach_protocol.h"
+#include "studies/study_internal.h"
+#include "studies/study_kidney_case.h"
+#include "studies/study_simulated_internal.h"
+
+#define MAX_PATH 1024
+#define WORD 48
+#define NSAMPLE 600  // of the thesis
+#define NRUN 10      // of the whole study
+
+static OmStatus path_of(const Kidney* s, const char* name, char* path) {
+    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
+}
+
+// The way that the outcome is judged by: all three, or physics without a network.
+static OmStudyKidneyWay main_way(const Kidney* s) {
+    return s->sum.by[OM_STUDY_KIDNEY_ALL].is_there ? OM_STUDY_KIDNEY_ALL : OM_STUDY_KIDNEY_PHYSICS;
+}
+
+// ---- report.html --------------------------------------------------------------------------------------
+
+static void add_outcome(const Kidney* s, OmReport* report) {
+    const OmStudyKidneySummary* m = &s->sum;
+    const OmStudyKidneyTable* t = &m->by[main_way(s)];
+    char text[700];
+    size_t n = 0;
+    if (m->dsc.n > 0)
+        n += (size_t)snprintf(
+            text + n, sizeof text - n,
+            "%d samples, network alone: median DSC %.2f (goal %g, thesis 0.51), AVE %.1f mm "
+            "(goal %g, thesis 1.4). ",
+            m->nsample, m->dsc.median, OM_STUDY_KIDNEY_DSC, 1e3 * m->ave.median,
+            1e3 * OM_STUDY_KIDNEY_AVE);
+    if (s->def->nrun > 0)
+        n += (size_t)snprintf(
+            text + n, sizeof text - n,
+            "Dissection, %s: mean %.1f mm (goal %g, thesis 4.0), worst row %.1f mm (goal %g, thesis "
+            "8.8), mean of AVE over AVE without attachments %.2f (goal %g, thesis 0.22). ",
+            om__kidney_way_title[main_way(s)], 1e3 * t->mean, 1e3 * OM_STUDY_KIDNEY_MEAN,
+            1e3 * t->worst, 1e3 * OM_STUDY_KIDNEY_ROW, t->ratio, OM_STUDY_KIDNEY_RATIO);
+    if (!m->has_network)
+        n += (size_t)snprintf(text + n, sizeof text - n, "Left out: the rows of the network. ");
+    snprintf(text + n, sizeof text - n, "%s.", m->is_met ? "Met" : "Missed");
+    om_report_verdict(report, text, m->is_met);
+    const OmStudyKidneyDef* d = s->def;
+    if (!d->is_quick && d->nsample == NSAMPLE && d->nrun == NRUN) return;
+    snprintf(text, sizeof text, "Not the study of the thesis: %s%d of %d samples, %d of %d runs.",
+             d->is_quick ? "coarse meshes, one row with two levels, " : "", d->nsample, NSAMPLE,
+             d->nrun, NRUN);
+    om_report_paragraph(report, text);
+}
+
+// One line for each way.
+static void add_ways(const Kidney* s, OmReport* report) {
+    enum { NCOL = 10 };
+    static const char* const heading[NCOL] = {
+        "attachments", "mean, mm", "worst row, mm", "over Zero",   "volume, mm",
+        "DSC",         "TPR, %",   "refused",       "not at rest", "ms"};
+    char text[OM_STUDY_KIDNEY_NWAY][NCOL][WORD];
+    const char* cell[OM_STUDY_KIDNEY_NWAY * NCOL];
+    int nrow = 0;
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        const OmStudyKidneyTable* t = &s->sum.by[way];
+        if (!t->is_there) continue;
+        char(*c)[WORD] = text[nrow];
+        snprintf(c[0], WORD, "%s", om__kidney_way_title[way]);
+        snprintf(c[1], WORD, "%.2f", 1e3 * t->mean);
+        snprintf(c[2], WORD, "%.2f", 1e3 * t->worst);
+        snprintf(c[3], WORD, "%.2f", t->ratio);
+        snprintf(c[4], WORD, "%.2f", 1e3 * t->volume);
+        snprintf(c[5], WORD, "%.2f", t->dsc);
+        snprintf(c[6], WORD, "%.0f", 100 * t->tpr);
+        snprintf(c[7], WORD, "%d", t->nrefused);
+        snprintf(c[8], WORD, "%d", t->nloose);
+        snprintf(c[9], WORD, "%.0f", t->ms);
+        for (int k = 0; k < NCOL; ++k) cell[nrow * NCOL + k] = c[k];
+        ++nrow;
+    }
+    om_report_heading(report, "Dissection: ways compared");
+    om_report_table(report, heading, NCOL, cell, nrow);
+    char note[900];
+    snprintf(
+        note, sizeof note,
+        "Rows: %d; views of a run: %d; runs, each with other noise: %d; tetrahedra of the truth: %d. Mean: AVE of "
+        "the scan's points at their true material points, less its value at rest, mean over rows; at rest %.2f mm "
+        "(thesis 3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
+        "underside. After a refused update the twin of its row keeps its last accepted attachments, at first the whole "
+        "underside. The network found no correspondence in %d views of all runs. %d lifts of the truth ended early.",
+        s->sum.nrow, s->sum.nview, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost,
+        s->sum.nshort);
+    om_report_paragraph(report, note);
+}
+
+// Means and standard deviations over the rows that reached a level.
+static void add_levels(const Kidney* s, const OmStudyKidneyTable* t, char text[2][10][WORD]) {
+    for (int k = 0; k < KIDNEY_NLEVEL; ++k) {
+        double value[KIDNEY_NROW];
+        int n = 0;
+        for (int i = 0; i < s->sum.nrow; ++i)
+            if (k < t->row[i].nlevel) value[n++] = 1e3 * t->row[i].ave[k];
+        StudySample m = om__study_sample(value, n);
+        snprintf(text[0][2 + k], WORD, n ? "%.2f" : "-", m.mean);
+        snprintf(text[1][2 + k], WORD, n ? "%.2f" : "-", m.sd);
+    }
+}
+
+// Table 4.3 of one way.
+static OmStatus add_table(const Kidney* s, int way, OmReport* report) {
+    enum { NCOL = 10, NLINE = KIDNEY_NROW + 2 };
+    static const char* const heading[NCOL] = {"grasp", "state", "10 mm", "20 mm", "30 mm",
+                                              "40 mm", "50 mm", "Mean",  "Std",   "Mean Zero"};
+    const OmStudyKidneyTable *t = &s->sum.by[way], *zero = &s->sum.by[OM_STUDY_KIDNEY_ZERO];
+    char(*text)[NCOL][WORD] = om_calloc(NLINE, sizeof *text);
+    const char* cell[NLINE * NCOL];
+    if (!text) return OM_NO_MEMORY;
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &t->row[i];
+        snprintf(text[i][0], WORD, "%c", 'A' + r->grasp);
+        snprintf(text[i][1], WORD, "%d", r->state + 1);
+        for (int k = 0; k < KIDNEY_NLEVEL; ++k)
+            snprintf(text[i][2 + k], WORD, k < r->nlevel ? "%.2f" : "-", 1e3 * r->ave[k]);
+        snprintf(text[i][7], WORD, "%.2f", 1e3 * r->mean);
+        snprintf(text[i][8], WORD, "%.2f", 1e3 * r->sd);
+        snprintf(text[i][9], WORD, "%.2f", 1e3 * zero->row[i].mean);
+    }
+    char(*last)[NCOL][WORD] = text + s->sum.nrow;
+    snprintf(last[0][0], WORD, "Mean");
+    snprintf(last[1][0], WORD, "Std");
+    snprintf(last[0][7], WORD, "%.2f", 1e3 * t->mean);
+    snprintf(last[0][9], WORD, "%.2f", 1e3 * zero->mean);
+    add_levels(s, t, last);
+    for (int i = 0; i < (s->sum.nrow + 2) * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
+    om_report_table(report, heading, NCOL, cell, s->sum.nrow + 2);
+    om_free(text);
+    return OM_OK;
+}
+
+// Levels that the truth did not reach, and the reason.
+static OmStatus add_missing(const Kidney* s, OmReport* report) {
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    for (int i = 0; i < s->cases.nstate && status == OM_OK; ++i) {
+        for (int k = 0; k < s->cases.ngrasp && status == OM_OK; ++k) {
+            int g = s->cases.grasp[k];
+            const KidneyLift* l = &s->result[i * s->def->nrun].lift[g];
+            if (l->nlevel >= s->cases.nlevel) continue;
+            status = om_text_append(&text, "%c%d: %d levels; %s\n", 'A' + g, s->cases.state[i] + 1,
+                                    l->nlevel, l->reason);
+        }
+    }
+    if (status == OM_OK && text.len > 0) om_report_details(report, "Missing levels", text.str);
+    om_text_done(&text);
+    return status;
+}
+
+// Estimates of one way that were refused, run by run.
+static OmStatus add_refused(const Kidney* s, int way, OmReport* report) {
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    char title[96];
+    for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i) {
+        for (int k = 0; k < s->result[i].nview && status == OM_OK; ++k) {
+            const KidneyView* v = &s->result[i].view[k];
+            const KidneyGuess* g = &v->by[way];
+            if (!g->is_there || g->is_accepted) continue;
+            status = om_text_append(&text, "%c%d, %d mm, run %d: %s\n", 'A' + v->grasp,
+                                    s->cases.state[i / s->def->nrun] + 1, 10 * (v->level + 1),
+                                    i % s->def->nrun + 1, g->reason);
+        }
+    }
+    snprintf(title, sizeof title, "Refused: %s", om__kidney_way_title[way]);
+    if (status == OM_OK && text.len > 0) om_report_details(report, title, text.str);
+    om_text_done(&text);
+    return status;
+}
+
+// The highest lift of each row, as the depth camera saw it.
+static OmStatus add_pictures(const Kidney* s, OmReport* report) {
+    om_report_heading(report, "Highest lifts");
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &s->sum.by[main_way(s)].row[i];
+        OmPicture picture;
+        char path[MAX_PATH], caption[96];
+        OM_TRY(om__kidney_picture_path(s, r->grasp, r->state, path, sizeof path));
+        if (!om_path_exists(path)) continue;
+        OM_TRY(om_picture_load_png(path, &picture));
+        snprintf(caption, sizeof caption, "%c%d, %d mm: AVE %.1f mm", 'A' + r->grasp, r->state + 1,
+                 10 * r->nlevel, 1e3 * r->ave[r->nlevel - 1]);
+        om_report_picture(report, &picture, caption);
+        om_picture_done(&picture);
+    }
+    return OM_OK;
+}
+
+static OmStatus add_lifts(const Kidney* s, OmReport* report) {
+    if (s->def->nrun == 0) return OM_OK;
+    char title[96];
+    add_ways(s, report);
+    snprintf(title, sizeof title, "Table 4.3: %s", om__kidney_way_title[main_way(s)]);
+    om_report_heading(report, title);
+    OM_TRY(add_table(s, main_way(s), report));
+    om_report_paragraph(
+        report, "AVE in mm, mean over the runs, less the error at rest. The thesis's mean of the "
+                "rows is 4.01 mm, its worst row 8.81 mm (B2), its Mean Zero 7.3 to 32.0 mm.");
+    OM_TRY(add_missing(s, report));
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        if (!s->sum.by[way].is_there || way == (int)main_way(s)) continue;
+        om_report_begin_fold(report, om__kidney_way_title[way]);
+        OM_TRY(add_table(s, way, report));
+        om_report_end_fold(report);
+    }
+    OM_TRY(add_pictures(s, report));
+    for (int way = OM_STUDY_KIDNEY_NETWORK; way < OM_STUDY_KIDNEY_NWAY; ++way)
+        OM_TRY(add_refused(s, way, report));
+    return OM_OK;
+}
+
+// ---- samples --------------------------------------------------------------------------------------------
+
+static void add_samples_table(const Kidney* s, OmReport* report) {
+    enum { NCOL = 5, NROW = 3 };
+    static const char* const heading[NCOL] = {"attachments", "DSC", "TPR, %", "AVE, mm",
+                                              "thesis: DSC / AVE"};
+    const OmStudyKidneySummary* m = &s->sum;
+    char text[NROW][NCOL][WORD] = {{"network", "-", "-", "-", "0.51 (0.40-0.60) / 1.4 (0.7-3.2)"},
+                                   {"Same: the true ones", "1", "100", "", ""},
+                                   {"Zero: none", "0", "0", "", ""}};
+    const char* cell[NROW * NCOL];
+    om__attach_write_quartiles(text[0][1], WORD, 1, "%.2f", m->dsc);
+    om__attach_write_quartiles(text[0][2], WORD, 100, "%.0f", m->tpr);
+    om__attach_write_quartiles(text[0][3], WORD, 1e3, "%.1f", m->ave);
+    om__attach_write_quartiles(text[1][3], WORD, 1e3, "%.1f", m->same);
+    om__attach_write_quartiles(text[2][3], WORD, 1e3, "%.1f", m->zero);
+    for (int i = 0; i < NROW * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
+    om_report_heading(report, "Samples: random attachments and loads, the network alone");
+    om_report_table(report, heading, NCOL, cell, NROW);
+    char note[700];
+    snprintf(
+        note, sizeof note,
+        "Median and quartiles over %d samples of one geometry, seed %d (the thesis has 600); median of the "
+        "largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d simulations stopped "
+        "before the whole displacement of the grasp, and count with the part that they reached. %d more samples "
+        "could not be made, for no draw had an equilibrium, and are in no row.",
+        m->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped, m->nfailed);
+    om_report_paragraph(report, note);
+}
+
+// A sample as in Fig. 4.10, made again.
+static OmStatus add_sample(const Kidney* s, int index, const char* which, OmReport* report) {
+    OmBanetSampleDef def = om__kidney_sample_def(s);
+    const KidneySample* r = &s->sample[index];
+    OmBanetSample sample = {0};
+    SimBody body = {0};
+    SimMove move;
+    char text[200];
+    OmStatus status;
+    OM_TRY_DONE(om_banet_sample_make(&def, index, &sample));
+    OM_TRY_DONE(om__sim_body_make(&sample, def.side, &body));
+    OM_TRY_DONE(om__kidney_sample_guess(s, &body));
+    snprintf(text, sizeof text, "%s: sample %d, %.0f %% visible, DSC %.2f", which, index + 1,
+             100 * r->visible, r->dsc);
+    OM_TRY_DONE(om__sim_add_rest(&body, s->def->nworker, text, report));
+    OM_TRY_DONE(om__sim_body_move(&body, &move));
+    snprintf(text, sizeof text, "%s: pulled by %.0f mm, AVE %.1f mm", which, 1e3 * r->input,
+             1e3 * r->ave);
+    status = om__sim_add_deformed(&body, s->def->nworker, text, report);
+done:
+    om__sim_body_done(&body);
+    om_banet_sample_done(&sample);
+    return status;
+}
+
+// Best, median and worst sample by AVE.
+static OmStatus add_gallery(const Kidney* s, OmReport* report) {
+    static const char* const which[3] = {"best", "median", "worst"};
+    int n = 0;
+    int* order = om_alloc((size_t)s->def->nsample, sizeof *order);
+    if (!order) return OM_NO_MEMORY;
+    for (int i = 0; i < s->def->nsample; ++i) {
+        if (!s->sample[i].is_made) continue;
+        int k = n++;
+        for (; k > 0 && s->sample[order[k - 1]].ave > s->sample[i].ave; --k)
+            order[k] = order[k - 1];
+        order[k] = i;
+    }
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 3 && n && status >= 0; ++k) {
+        bool is_shown = k > 0 && k * (n - 1) / 2 == (k - 1) * (n - 1) / 2;  // of one or two samples
+        if (!is_shown) status = add_sample(s, order[k * (n - 1) / 2], which[k], report);
+    }
+    om_free(order);
+    if (status == OM_OK)
+        om_report_paragraph(
+            report, "At rest: green found and true, blue missed, red wrong. Deformed: green the "
+                    "truth, yellow the simulation with the attachments of the network.");
+    return status;
+}
+
+static OmStatus add_samples(const Kidney* s, OmReport* report) {
+    if (s->def->nsample == 0) return OM_OK;
+    add_samples_table(s, report);
+    return s->estimate ? add_gallery(s, report) : OM_OK;
+}
+
+static OmStatus write_report(const Kidney* s) {
+    OmReport report;
+    char path[MAX_PATH];
+    OM_TRY(path_of(s, "report.html", path));
+    om_report_begin(&report, "Fat over the kidney",
+                    s->def->is_quick ? "thesis 4.5, quick" : "thesis 4.5");
+    add_outcome(s, &report);
+    OmStatus status = add_samples(s, &report);
+    if (status == OM_OK) status = add_lifts(s, &report);
+    if (status == OM_OK) return om_report_save(&report, path);
+    om_report_done(&report);
+    return status;
+}
+
+// ---- study.json ---------------------------------------------------------------------------------------
+
+static void put_table(const Kidney* s, int way, OmJson* json) {
+    const OmStudyKidneyTable* t = &s->sum.by[way];
+    om_json_open(json, om__kidney_way_name[way], '{');
+    om_json_number(json, "mean_mm", 1e3 * t->mean);
+    om_json_number(json, "worst_row_mm", 1e3 * t->worst);
+    om_json_number(json, "over_zero", t->ratio);
+    om_json_number(json, "volume_mm", 1e3 * t->volume);
+    om_json_number(json, "dsc", t->dsc);
+    om_json_number(json, "tpr", t->tpr);
+    om_json_integer(json, "refused", t->nrefused);
+    om_json_integer(json, "not_at_rest", t->nloose);
+    om_json_number(json, "processor_ms", t->ms);
+    om_json_open(json, "rows", '[');
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &t->row[i];
+        double ave[KIDNEY_NLEVEL];
+        char name[16];
+        snprintf(name, sizeof name, "%c%d", 'A' + r->grasp, r->state + 1);
+        for (int k = 0; k < r->nlevel; ++k) ave[k] = 1e3 * r->ave[k];
+        om_json_open(json, NULL, '{');
+        om_json_string(json, "row", name);
+        om_json_numbers(json, "ave_mm", ave, r->nlevel);
+        om_json_number(json, "mean_mm", 1e3 * r->mean);
+        om_json_number(json, "std_mm", 1e3 * r->sd);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+    om_json_close(json, '}');
+}
+
+static void put_samples(const Kidney* s, OmJson* json) {
+    const OmStudyKidneySummary* m = &s->sum;
+    om_json_open(json, "samples", '{');
+    om_json_integer(json, "n", m->nsample);
+    om_json_integer(json, "not_made", m->nfailed);
+    om_json_integer(json, "seed", KIDNEY_SAMPLE_SEED);
+    om_json_integer(json, "stopped", m->nstopped);
+    om_json_number(json, "input_mm", 1e3 * m->input);
+    if (m->dsc.n > 0) {
+        om__attach_put_quartiles(json, "dsc", 1, m->dsc);
+        om__attach_put_quartiles(json, "tpr", 1, m->tpr);
+        om__attach_put_quartiles(json, "ave_mm", 1e3, m->ave);
+    }
+    om__attach_put_quartiles(json, "ave_same_mm", 1e3, m->same);
+    om__attach_put_quartiles(json, "ave_zero_mm", 1e3, m->zero);
+    om_json_close(json, '}');
+}
+
+static OmStatus write_json(const Kidney* s) {
+    char path[MAX_PATH];
+    OmText text = {0};
+    OM_TRY(path_of(s, "study.json", path));
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_bool(&json, "quick", s->def->is_quick);
+    om_json_bool(&json, "network", s->sum.has_network);
+    om_json_bool(&json, "met", s->sum.is_met);
+    if (s->def->nsample > 0) put_samples(s, &json);
+    if (s->def->nrun > 0) {
+        om_json_open(&json, "dissection", '{');
+        om_json_integer(&json, "runs", s->def->nrun);
+        om_json_integer(&json, "views", s->sum.nview);
+        om_json_integer(&json, "tetrahedra_of_the_truth", s->sum.ntet);
+        om_json_integer(&json, "missing_levels", s->sum.nmissing);
+        om_json_integer(&json, "lifts_ended_early", s->sum.nshort);
+        om_json_integer(&json, "correspondence_lost", s->sum.nlost);
+        om_json_number(&json, "rest_mm", 1e3 * s->sum.rest);
+        for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way)
+            if (s->sum.by[way].is_there) put_table(s, way, &json);
+        om_json_close(&json, '}');
+    }
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+// ---- views.csv, samples.csv -----------------------------------------------------------------------------
+
+static OmStatus append_view(const KidneyView* v, const char* head, OmText* text) {
+    OmStatus status = OM_OK;
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY && status == OM_OK; ++way) {
+        const KidneyGuess* g = &v->by[way];
+        if (!g->is_there) continue;
+        status =
+            om_text_append(text, "%s,%c,%d,%s,%.5f,%.5f,%.5f,%.5f,%d,%d\n", head, 'A' + v->grasp,
+                           10 * (v->level + 1), om__kidney_way_name[way], 1e3 * g->ave,
+                           1e3 * g->volume, g->dsc, g->tpr, g->is_accepted, g->is_loose);
+    }
+    return status;
+}
+
+static OmStatus write_views(const Kidney* s) {
+    char path[MAX_PATH], head[64];
+    OmText text = {0};
+    OM_TRY(path_of(s, "views.csv", path));
+    OmStatus status =
+        om_text_append(&text, "state,run,rest_mm,grasp,lift_mm,attachments,error_mm,volume_mm,dsc,"
+                              "tpr,accepted,not_at_rest\n");
+    for (int i = 0; i < s->cases.nstate * s->def->nrun && status == OM_OK; ++i) {
+        const KidneyResult* r = &s->result[i];
+        snprintf(head, sizeof head, "%d,%d,%.5f", s->cases.state[i / s->def->nrun] + 1,
+                 i % s->def->nrun + 1, 1e3 * r->rest);
+        for (int k = 0; k < r->nview && status == OM_OK; ++k)
+            status = append_view(&r->view[k], head, &text);
+    }
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus write_samples(const Kidney* s) {
+    char path[MAX_PATH];
+    OmText text = {0};
+    OM_TRY(path_of(s, "samples.csv", path));
+    OmStatus status =
+        om_text_append(&text, "sample,made,input_mm,visible,attached,dsc,tpr,ave_mm,ave_same_mm,"
+                              "ave_zero_mm,stopped\n");
+    for (int i = 0; i < s->def->nsample && status == OM_OK; ++i) {
+        const KidneySample* r = &s->sample[i];
+        status = om_text_append(&text, "%d,%d,%.3f,%.4f,%.4f,%.6f,%.6f,%.5f,%.5f,%.5f,%d\n", i + 1,
+                                r->is_made, 1e3 * r->input, r->visible, r->share, r->dsc, r->tpr,
+                                1e3 * r->ave, 1e3 * r->same, 1e3 * r->zero, r->nstopped);
+    }
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+OmStatus om__kidney_write(const Kidney* s) {
+    OM_TRY(write_report(s));
+    if (s->def->nrun > 0) OM_TRY(write_views(s));
+    if (s->def->nsample > 0) OM_TRY(write_samples(s));
+    return write_json(s);
+}

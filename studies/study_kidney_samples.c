@@ -1,0 +1,154 @@
+// study_kidney_samples.c: random attachments and loads on the fat over the kidney, found by the network alone.
+//
+// Samples are those of the training (om_banet_sample_make, way (a): exact displacements of the visible part) with the
+// twin's mesh in place of random bodies. Scores and simulations are those of Table 4.1. A file holds the results of
+// CHUNK samples.
+#include <string.h>
+
+#include "omentum/banet_net.h"
+#include "studies/study_kidney_case.h"
+#include "studies/study_match_case.h"
+#include "studies/study_simulated_internal.h"
+
+#define CHUNK 20
+#define METHOD 2  // number of the method: results of another one are computed again
+
+OmBanetSampleDef om__kidney_sample_def(const Kidney* s) {
+    OmBanetSampleDef def = om_banet_sample_default_def(KIDNEY_SAMPLE_SEED);
+    def.way = OM_BANET_EXACT;
+    def.body = &s->twin.mesh;
+    return def;
+}
+
+OmStatus om__kidney_sample_guess(const Kidney* s, SimBody* body) {
+    const OmSurface* surface = &body->sample->surface;
+    double* probability;
+    OM_ALLOC(probability, (size_t)surface->nvert);
+    OmStatus status =
+        s->estimate(s->estimate_ctx, surface, body->sample->u, body->sample->seen, probability);
+    for (int i = 0; i < surface->nvert && status >= 0; ++i)
+        body->guess[i] = probability[i] >= s->threshold;
+    om_free(probability);
+    return status;
+}
+
+// AVE of a guess, m.
+static OmStatus move(SimBody* body, KidneySample* r, double* ave) {
+    SimMove m = {0};
+    OM_TRY(om__sim_body_move(body, &m));
+    *ave = m.ave;
+    r->nstopped += m.is_stopped;
+    return OM_OK;
+}
+
+static OmStatus score_sample(const Kidney* s, SimBody* body, KidneySample* r) {
+    OM_TRY(om__sim_body_guess(body, OM_STUDY_SIM_ZERO));
+    OM_TRY(move(body, r, &r->zero));
+    OM_TRY(om__sim_body_guess(body, OM_STUDY_SIM_SAME));
+    OM_TRY(move(body, r, &r->same));
+    if (!s->estimate) return OM_OK;
+    SimScore score;
+    OM_TRY(om__kidney_sample_guess(s, body));
+    OM_TRY(om__sim_body_score(body, &score));
+    r->dsc = score.dsc;
+    r->tpr = score.tpr;
+    return move(body, r, &r->ave);
+}
+
+static OmStatus run_sample(const Kidney* s, int index, KidneySample* r) {
+    OmBanetSampleDef def = om__kidney_sample_def(s);
+    OmBanetSample sample;
+    SimBody body = {0};
+    memset(r, 0, sizeof *r);
+    OmStatus status = om_banet_sample_make(&def, index, &sample);
+    if (status != OM_OK) return status < 0 ? status : OM_OK;  // no draw: is_made stays false
+    r->is_made = true;
+    r->input = sample.max_u;
+    r->visible = sample.visible;
+    r->share = sample.share;
+    status = om__sim_body_make(&sample, def.side, &body);
+    if (status == OM_OK) status = score_sample(s, &body, r);
+    om__sim_body_done(&body);
+    om_banet_sample_done(&sample);
+    return status;
+}
+
+typedef struct Chunk {
+    const Kidney* s;
+    int first, n;
+    OmStatus status[CHUNK];
+    char message[CHUNK][200];
+} Chunk;
+
+static void run_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Chunk* c = ctx;
+    for (int i = begin; i < end; ++i) {
+        c->status[i] = run_sample(c->s, c->first + i, &c->s->sample[c->first + i]);
+        if (c->status[i] < 0) snprintf(c->message[i], 200, "%.199s", om_error_message());
+    }
+}
+
+static uint64_t hash_chunk(const Kidney* s, int first, int n) {
+    const OmBanetSampleDef sample = om__kidney_sample_def(s);
+    const uint64_t def = om_banet_sample_def_hash(&sample);
+    const int number[] = {METHOD, first, n};
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(number, sizeof number, hash);
+    hash = om_hash(&def, sizeof def, hash);
+    return om_hash(&s->net_hash, sizeof s->net_hash, hash);
+}
+
+static OmStatus run_chunk(Kidney* s, int first, int n) {
+    Chunk c = {.s = s, .first = first, .n = n};
+    KidneySample* result = s->sample + first;
+    char name[64];
+    uint64_t hash = hash_chunk(s, first, n);
+    snprintf(name, sizeof name, "samples-%05d%s.bin", first + 1, s->def->is_quick ? "-quick" : "");
+    size_t size = (size_t)n * sizeof *result;
+    if (om__match_load_result(s->def->out_dir, name, hash, result, size)) return OM_OK;
+    om_parallel_for(s->def->nworker, n, 1, run_range, &c);
+    for (int i = 0; i < n; ++i)
+        OM_CHECK(c.status[i] >= 0, c.status[i], "kidney sample %d: %s", first + i + 1,
+                 c.message[i]);
+    s->sum.nnew += n;
+    return om__match_save_result(s->def->out_dir, name, hash, result, size);
+}
+
+OmStatus om__kidney_run_samples(Kidney* s) {
+    int n = s->def->nsample;
+    for (int first = 0; first < n; first += CHUNK) {
+        OM_TRY(om_progress_report(s->progress, "samples", first, n));
+        OM_TRY(run_chunk(s, first, n - first < CHUNK ? n - first : CHUNK));
+    }
+    return OM_OK;
+}
+
+OmStatus om__kidney_summarise_samples(Kidney* s) {
+    OmStudyKidneySummary* sum = &s->sum;
+    size_t most = (size_t)s->def->nsample;
+    double* value = om_alloc(6 * most, sizeof *value);
+    if (!value) return OM_NO_MEMORY;
+    double* of[6];
+    for (size_t k = 0; k < 6; ++k) of[k] = value + k * most;
+    int n = 0;
+    for (size_t i = 0; i < most; ++i) {
+        const KidneySample* r = &s->sample[i];
+        if (!r->is_made) continue;
+        const double each[6] = {r->dsc, r->tpr, r->ave, r->same, r->zero, r->input};
+        for (int k = 0; k < 6; ++k) of[k][n] = each[k];
+        sum->nstopped += r->nstopped;
+        ++n;
+    }
+    sum->nsample = n;
+    sum->nfailed = (int)most - n;
+    int nnet = s->estimate ? n : 0;
+    sum->dsc = om__attach_quartiles(of[0], nnet);
+    sum->tpr = om__attach_quartiles(of[1], nnet);
+    sum->ave = om__attach_quartiles(of[2], nnet);
+    sum->same = om__attach_quartiles(of[3], n);
+    sum->zero = om__attach_quartiles(of[4], n);
+    sum->input = om__attach_quartiles(of[5], n).median;
+    om_free(value);
+    return OM_OK;
+}

@@ -1,0 +1,560 @@
+// study_match_truth.c: a setup's motion in the simulated world, what its camera saw, and the twin that follows.
+//
+// The arms of the world move as a robot moves them: above the grasping point, down, the jaw closes, then the motion in
+// steps of one tick, then a wait of one second. The result is kept in a file, so that methods are judged on the same
+// bytes again and again.
+//
+// The material point of a seen point is the nearest point of the true surface among the triangles that face the camera,
+// carried back to the rest shape. Depth noise is 0.3 mm at 0.3 m and the sheet is 5 mm thick, so upper side and
+// underside are not confused. For centres of triangles of a lifted surface the map is exact to 1e-9 m
+// (test_study_match_case).
+#include <math.h>
+#include <string.h>
+
+#include "omentum/fem.h"
+#include "omentum/shape_closest.h"
+#include "studies/study_match_case.h"
+
+#define MAX_PATH 1024
+#define MAX_FILE ((size_t)256 << 20)
+#define MARK 0x4d41544348303031ull  // of a file, with its version
+#define SPEED 0.04                  // m/s, of the motion
+#define FAST 0.1                    // m/s, to the tissue
+#define ABOVE 0.02                  // m
+#define WAIT 50                     // ticks after the motion
+#define MAX_WAY 1000                // ticks to the tissue
+#define JAW_TICKS 30
+#define JAW_OPEN 0.7  // rad
+
+// ---- files --------------------------------------------------------------------------------------------
+
+typedef struct Part {
+    void* data;
+    size_t size;
+} Part;
+
+typedef struct FileHead {
+    uint64_t mark, setup, hash;  // hash of the parts
+} FileHead;
+
+static OmStatus save_parts(const char* path, uint64_t setup, const Part* part, int npart) {
+    OmText text = {0};
+    FileHead head = {MARK, setup, OM_HASH_SEED};
+    for (int i = 0; i < npart; ++i) head.hash = om_hash(part[i].data, part[i].size, head.hash);
+    OmStatus status = om_text_append_raw(&text, (const char*)&head, sizeof head);
+    for (int i = 0; i < npart && status == OM_OK; ++i)
+        status = om_text_append_raw(&text, part[i].data, part[i].size);
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+// OM_INVALID if the file is of another setup or was changed.
+static OmStatus load_parts(const char* path, uint64_t setup, const Part* part, int npart) {
+    char* data;
+    size_t size, at = sizeof(FileHead);
+    OM_TRY(om_file_read(path, MAX_FILE, &data, &size));
+    OmStatus status = OM_OK;
+    FileHead head = {0};
+    for (int i = 0; i < npart; ++i) at += part[i].size;
+    OM_CHECK_DONE(size == at, OM_INVALID, "%s: %zu bytes, not %zu", path, size, at);
+    memcpy(&head, data, sizeof head);
+    OM_CHECK_DONE(head.mark == MARK && head.setup == setup, OM_INVALID, "%s: of another setup",
+                  path);
+    at = sizeof head;
+    uint64_t hash = OM_HASH_SEED;
+    for (int i = 0; i < npart; ++i) {
+        memcpy(part[i].data, data + at, part[i].size);
+        hash = om_hash(part[i].data, part[i].size, hash);
+        at += part[i].size;
+    }
+    OM_CHECK_DONE(hash == head.hash, OM_INVALID, "%s: the file was changed", path);
+done:
+    om_free(data);
+    return status;
+}
+
+bool om__match_load_result(const char* dir, const char* name, uint64_t setup, void* result,
+                           size_t size) {
+    char path[MAX_PATH];
+    Part part = {result, size};
+    return om_path_join(dir, name, path, sizeof path) == OM_OK && om_path_exists(path) &&
+           load_parts(path, setup, &part, 1) == OM_OK;
+}
+
+OmStatus om__match_save_result(const char* dir, const char* name, uint64_t setup,
+                               const void* result, size_t size) {
+    char path[MAX_PATH];
+    OM_TRY(om_path_join(dir, name, path, sizeof path));
+    void* copy = om_alloc(size, 1);
+    if (!copy) return OM_NO_MEMORY;
+    memcpy(copy, result, size);
+    Part part = {copy, size};
+    OmStatus status = save_parts(path, setup, &part, 1);
+    om_free(copy);
+    return status;
+}
+
+// Hash of everything that the truth of a setup depends on.
+static OmStatus hash_setup(const MatchSetup* setup, const OmScene* scene, uint64_t* hash) {
+    OmText text = {0};
+    *hash = OM_HASH_SEED;
+    OmStatus status = om_scene_print(scene, false, &text);
+    if (status == OM_OK) {
+        *hash = om_hash(text.str, text.len, *hash);
+        *hash = om_hash(setup->layout, sizeof setup->layout, *hash);
+        for (int k = 0; k < setup->move.narm; ++k) {
+            for (int i = 0; i <= 10; ++i) {
+                OmVec3 p = om__match_tip(&setup->move, k, i / 10.0);
+                *hash = om_hash(&p, sizeof p, *hash);
+            }
+        }
+    }
+    om_text_done(&text);
+    return status;
+}
+
+// ---- the motion ---------------------------------------------------------------------------------------
+
+typedef struct Run {
+    const MatchSetup* setup;
+    MatchTruth* truth;
+    OmWorld* world;
+    OmObservation obs;
+} Run;
+
+static OmStatus tick(Run* r) {
+    OM_TRY(om_world_advance(r->world, r->truth->head.dt));
+    return om_world_observe(r->world, 0, &r->obs);
+}
+
+static OmStatus go_to(Run* r, int arm, OmVec3 p_task) {
+    OmPose goal = r->obs.arm[arm].tip;
+    goal.p = om_pose_apply(r->truth->site.pose_world_task, p_task);
+    OM_TRY(om_world_move(r->world, arm, goal, FAST));
+    for (int i = 0; i < MAX_WAY; ++i) {
+        OM_TRY(tick(r));
+        if (!r->obs.arm[arm].is_moving) return OM_OK;
+    }
+    return om_error(OM_INVALID, "%s: the arm does not arrive", r->setup->name);
+}
+
+static OmStatus grasp(Run* r, int k) {
+    const MatchMove* move = &r->setup->move;
+    int arm = move->arm[k];
+    OmVec3 p = om__match_tip(move, k, 0);
+    OM_TRY(om_world_set_jaw(r->world, arm, JAW_OPEN));
+    OM_TRY(go_to(r, arm, om_add(p, om_vec3(0, 0, ABOVE))));
+    OM_TRY(go_to(r, arm, p));
+    OM_TRY(om_world_set_jaw(r->world, arm, 0));
+    for (int i = 0; i < JAW_TICKS; ++i) OM_TRY(tick(r));
+    OM_CHECK(om_arm_is_holding(&r->obs.arm[arm]), OM_INVALID, "%s: no tissue in the jaw",
+             r->setup->name);
+    r->truth->head.grasp_tip[k] = r->obs.arm[arm].tip;
+    return OM_OK;
+}
+
+// Length of the way of an arm, m.
+static double way_length(const MatchMove* move, int k) {
+    OmVec3 arm = om_sub(move->grasp[k], move->line);
+    OmVec3 across = om_madd(arm, -om_dot(arm, move->axis), move->axis);
+    return move->angle * om_norm(across) + om_norm(move->shift);
+}
+
+static OmStatus move_all(Run* r) {
+    const MatchMove* move = &r->setup->move;
+    MatchHead* h = &r->truth->head;
+    double length = 0;
+    for (int k = 0; k < move->narm; ++k) length = fmax(length, way_length(move, k));
+    h->nmove = (int)ceil(length / (SPEED * h->dt));
+    h->ntick = h->nmove + WAIT;
+    OM_CHECK(h->ntick <= MATCH_MAX_TICK, OM_INVALID, "%s: %d ticks", r->setup->name, h->ntick);
+    for (int i = 0; i < h->ntick; ++i) {
+        double share = fmin(1, (double)(i + 1) / h->nmove);
+        for (int k = 0; k < move->narm && i < h->nmove; ++k) {
+            OmPose goal = h->grasp_tip[k];
+            goal.p = om_pose_apply(r->truth->site.pose_world_task, om__match_tip(move, k, share));
+            OM_TRY(om_world_move(r->world, move->arm[k], goal, 4 * SPEED));
+        }
+        OM_TRY(tick(r));
+        for (int a = 0; a < r->obs.narm; ++a) h->tick[i].tip[a] = r->obs.arm[a].tip;
+        OmBodyForces force;
+        OM_TRY(om_body_get_forces(om_world_truth(r->world), &force));
+        for (int k = 0; k < move->narm; ++k)
+            h->force[k] = fmax(h->force[k], om_norm(force.pull[move->arm[k]]));
+    }
+    for (int k = 0; k < move->narm; ++k)
+        OM_CHECK(om_arm_is_holding(&r->obs.arm[move->arm[k]]), OM_INVALID,
+                 "%s: the jaw lost the tissue", r->setup->name);
+    return OM_OK;
+}
+
+// ---- views ----------------------------------------------------------------------------------------------
+
+static size_t count_pixels(const OmCamera* camera) {
+    return (size_t)camera->width * (size_t)camera->height;
+}
+
+static OmStatus keep_view(Run* r, MatchView view) {
+    MatchTruth* t = r->truth;
+    OmScene* scene = &t->scene;  // the world borrows it
+    scene->world.has_depth_noise = view != VIEW_EXACT;
+    OmStatus status = om_world_observe(r->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->obs);
+    scene->world.has_depth_noise = true;
+    OM_TRY(status);
+    size_t n = count_pixels(&r->obs.rgbd.camera);
+    memcpy(t->depth[view], r->obs.rgbd.depth, n * sizeof *t->depth[view]);
+    memcpy(t->color[view], r->obs.rgbd.color.pixel, 3 * n);
+    return OM_OK;
+}
+
+// A square board under the tissue.
+static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
+    static const double corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+    OmSurface board;
+    OmSenseLook look = om_sense_look(OM_PART_BOARD);
+    int id;
+    OM_TRY(om_surface_init(&board, 4, 2));
+    double r = 2.2 * fmax(site->half_size.x, site->half_size.y);
+    for (int i = 0; i < 4; ++i)
+        om_store3(board.x, i,
+                  om_pose_apply(site->pose_world_task,
+                                om_vec3(r * corner[i][0], r * corner[i][1], -1e-4)));
+    memcpy(board.tri_vert, (int[6]){0, 1, 2, 0, 2, 3}, 6 * sizeof(int));
+    OmStatus status = om_sense_scene_add(sense, &board, &look, &id);
+    om_surface_done(&board);
+    return status;
+}
+
+// Tissue, ROI and board without tools, with the camera and the noise of the world.
+static OmStatus render_bare(MatchTruth* t) {
+    OmSenseScene* sense;
+    OmPicture picture = {0};
+    float* normal = NULL;
+    const OmCamera* camera = &t->head.camera;
+    OmSenseLook look = om_sense_look(OM_PART_TISSUE), roi = om_sense_look(OM_PART_ROI);
+    int id;
+    OM_TRY(om_sense_scene_create(&sense));
+    OmStatus status;
+    OM_ALLOC_DONE(normal, 3 * count_pixels(camera));
+    OM_TRY_DONE(om_sense_scene_add(sense, &t->surface, &look, &id));
+    if (t->site.roi.ntri > 0) OM_TRY_DONE(om_sense_scene_add(sense, &t->site.roi, &roi, &id));
+    OM_TRY_DONE(add_board(&t->site, sense));
+    OM_TRY_DONE(om_sense_scene_commit(sense));
+    OM_TRY_DONE(om_sense_depth(sense, camera, 0, t->depth[VIEW_BARE], NULL, normal));
+    OmDepthNoise noise = om_depth_noise_default((uint64_t)t->scene.seed);
+    om_depth_add_noise(&noise, camera, 1, normal, t->depth[VIEW_BARE]);
+    OM_TRY_DONE(om_picture_init(&picture, camera->width, camera->height, 3));
+    OmSenseOptions options = om_sense_options_default();
+    status = om_sense_render(sense, camera, &options, &picture);
+    if (status == OM_OK) memcpy(t->color[VIEW_BARE], picture.pixel, 3 * count_pixels(camera));
+done:
+    om_free(normal);
+    om_picture_done(&picture);
+    om_sense_scene_destroy(sense);
+    return status;
+}
+
+static OmStatus keep_state(Run* r) {
+    MatchTruth* t = r->truth;
+    const double* x = om_body_x(om_world_truth(r->world));
+    memcpy(t->x, x, 3 * (size_t)t->site.mesh.nvert * sizeof *x);
+    OM_TRY(keep_view(r, VIEW_FULL));
+    OM_TRY(keep_view(r, VIEW_EXACT));
+    MatchHead* h = &t->head;
+    h->time = r->obs.rgbd.time;
+    h->camera = r->obs.rgbd.camera;
+    h->nbad = om_body_nbad(om_world_truth(r->world));
+    memcpy(h->arm, r->obs.arm, sizeof h->arm);
+    for (int a = 0; a < OM_MAX_ARM; ++a)
+        if (om_world_psm(r->world, a)) h->psm[a] = *om_world_psm(r->world, a);
+    return OM_OK;
+}
+
+static OmStatus simulate(const MatchSetup* setup, int nworker, MatchTruth* truth) {
+    Run r = {.setup = setup, .truth = truth};
+    const MatchMove* move = &setup->move;
+    memset(&truth->head, 0, sizeof truth->head);
+    truth->head.dt = truth->scene.task.time_step;
+    OmStatus status;
+    OM_TRY_DONE(om_world_create_simulated(&truth->scene, &truth->site, nworker, &r.world));
+    OM_TRY_DONE(om_world_reset(r.world));
+    OM_TRY_DONE(om_world_observe(r.world, 0, &r.obs));
+    for (int k = 0; k < move->narm; ++k) OM_TRY_DONE(grasp(&r, k));
+    OM_TRY_DONE(move_all(&r));
+    status = keep_state(&r);
+done:
+    om_observation_done(&r.obs);
+    om_world_destroy(r.world);
+    return status;
+}
+
+// ---- truth --------------------------------------------------------------------------------------------
+
+void om__match_truth_done(MatchTruth* t) {
+    if (!t) return;
+    om_site_done(&t->site);
+    om_surface_done(&t->surface);
+    om_free(t->vert);
+    om_free(t->x);
+    for (int v = 0; v < NVIEW; ++v) {
+        om_free(t->depth[v]);
+        om_free(t->color[v]);
+    }
+    memset(t, 0, sizeof *t);
+}
+
+static OmStatus make_room(const MatchSetup* setup, MatchTruth* t) {
+    OM_TRY(om__match_build_site(setup, BELIEF_RIGHT, OM_SITE_WORLD, &t->scene, &t->site));
+    OM_TRY(om_tet_mesh_boundary(&t->site.mesh, &t->surface, &t->vert));
+    size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
+    OM_ALLOC(t->x, 3 * (size_t)t->site.mesh.nvert);
+    for (int v = 0; v < NVIEW; ++v) {
+        OM_ALLOC(t->depth[v], n);
+        OM_ALLOC(t->color[v], 3 * n);
+    }
+    return OM_OK;
+}
+
+OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
+                             MatchTruth* t) {
+    memset(t, 0, sizeof *t);
+    *is_new = false;
+    char name[64], path[MAX_PATH];
+    uint64_t hash = 0;
+    OmStatus status;
+    OM_TRY_DONE(make_room(setup, t));
+    OM_TRY_DONE(hash_setup(setup, &t->scene, &hash));
+    snprintf(name, sizeof name, "truth-%s.bin", setup->name);
+    OM_TRY_DONE(om_path_join(dir, name, path, sizeof path));
+    size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
+    Part part[2 + 2 * NVIEW] = {{&t->head, sizeof t->head},
+                                {t->x, 3 * (size_t)t->site.mesh.nvert * sizeof *t->x}};
+    for (int v = 0; v < NVIEW; ++v) {
+        part[2 + 2 * v] = (Part){t->depth[v], n * sizeof *t->depth[v]};
+        part[3 + 2 * v] = (Part){t->color[v], 3 * n};
+    }
+    bool is_there = om_path_exists(path) && load_parts(path, hash, part, 2 + 2 * NVIEW) == OM_OK;
+    *is_new = !is_there;
+    if (!is_there) OM_TRY_DONE(simulate(setup, nworker, t));
+    for (int i = 0; i < t->surface.nvert; ++i)
+        om_store3(t->surface.x, i, om_load3(t->x, t->vert[i]));
+    if (!is_there) {
+        OM_TRY_DONE(render_bare(t));
+        status = save_parts(path, hash, part, 2 + 2 * NVIEW);
+    }
+done:
+    if (status < 0) om__match_truth_done(t);
+    return status;
+}
+
+// ---- observations -----------------------------------------------------------------------------------
+
+// Direction across the cut: from the middle of the sheet, or from the line of the fold, to the grasp before the motion.
+static OmVec3 cut_direction(const MatchMove* move) {
+    OmVec3 across = move->angle != 0 ? om_cross(om_vec3(0, 0, 1), move->axis) : move->grasp[0];
+    return om_normalize(om_vec3(across.x, across.y, 0));
+}
+
+// Place of each pixel on the tissue along a direction of the task frame; -HUGE_VAL: not on the tissue.
+static void measure_pixels(const MatchTruth* t, OmVec3 across, const float* depth,
+                           const unsigned char* color, double* place) {
+    OmPose task = om_pose_inverse(t->site.pose_world_task);
+    const OmCamera* c = &t->head.camera;
+    OmPose pose = c->pose_world_camera;
+    OmVec3 z = om_quat_rotate(pose.q, om_vec3(0, 0, 1));
+    for (int i = 0; i < (int)count_pixels(c); ++i) {
+        place[i] = -HUGE_VAL;
+        bool is_seen = depth[i] > 0 && isfinite(depth[i]);
+        if (!is_seen || om_sense_part_of(color + 3 * (size_t)i) != OM_PART_TISSUE) continue;
+        OmVec3 ray = om_camera_ray(c, i % c->width + 0.5, i / c->width + 0.5);
+        OmVec3 p = om_madd(pose.p, (double)depth[i] / om_dot(ray, z), ray);
+        place[i] = om_dot(om_pose_apply(task, p), across);
+    }
+}
+
+static OmStatus cut_view(const MatchTruth* t, const MatchMove* move, double seen, bool keeps_far,
+                         OmDepthPicture* picture) {
+    size_t n = count_pixels(&picture->camera), m = 0;
+    double *place, *sorted = NULL;
+    OmVec3 across = om_scale(keeps_far ? -1 : 1, cut_direction(move));
+    OmStatus status = OM_OK;
+    OM_ALLOC(place, n);
+    OM_ALLOC_DONE(sorted, n);
+    measure_pixels(t, across, picture->depth, picture->color.pixel, place);
+    for (size_t i = 0; i < n; ++i)
+        if (place[i] > -HUGE_VAL) sorted[m++] = place[i];
+    OM_CHECK_DONE(m > 0, OM_INVALID, "no pixel is on the tissue");
+    om_sort_doubles(sorted, (int)m);
+    double limit = sorted[(size_t)((1 - seen) * (double)(m - 1))];
+    for (size_t i = 0; i < n; ++i) {
+        if (place[i] == -HUGE_VAL || place[i] >= limit) continue;
+        picture->depth[i] = 0;
+        memset(picture->color.pixel + 3 * i, 0, 3);
+    }
+done:
+    om_free(place);
+    om_free(sorted);
+    return status;
+}
+
+OmStatus om__match_observe(const MatchTruth* t, const MatchMove* move, MatchView view, double seen,
+                           bool keeps_far, OmObservation* obs) {
+    *obs = (OmObservation){.time = t->head.time, .narm = t->scene.world.narm};
+    memcpy(obs->arm, t->head.arm, sizeof obs->arm);
+    OmDepthPicture* picture = &obs->rgbd;
+    picture->time = t->head.time;
+    picture->camera = t->head.camera;
+    size_t n = count_pixels(&picture->camera);
+    OmStatus status;
+    OM_ALLOC_DONE(picture->depth, n);
+    memcpy(picture->depth, t->depth[view], n * sizeof *picture->depth);
+    OM_TRY_DONE(om_picture_init(&picture->color, picture->camera.width, picture->camera.height, 3));
+    memcpy(picture->color.pixel, t->color[view], 3 * n);
+    if (seen < 1) status = cut_view(t, move, seen, keeps_far, picture);
+done:
+    if (status < 0) om_observation_done(obs);
+    return status;
+}
+
+OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
+                        const MatchCase* c, double spacing, OmScan* scan) {
+    OmObservation obs;
+    OM_TRY(om__match_observe(truth, move, c->view, c->seen, c->keeps_far, &obs));
+    OmScanDef def = om_scan_default_def(NULL, twin);
+    if (spacing > 0) def.spacing = spacing;
+    for (int a = 0; a < obs.narm && c->view != VIEW_BARE; ++a)
+        def.space.psm[a] = &truth->head.psm[a];
+    OmStatus status = om_scan_from_observation(&def, &obs, scan);
+    om_observation_done(&obs);
+    return status;
+}
+
+int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGrasp* grasp) {
+    for (int k = 0; k < move->narm; ++k) {
+        int arm = move->arm[k];
+        grasp[k] = (OmMatchGrasp){.arm = arm,
+                                  .pose_world_grasp = truth->head.grasp_tip[k],
+                                  .pose_world_now = truth->head.arm[arm].tip};
+    }
+    return move->narm;
+}
+
+// ---- material points ----------------------------------------------------------------------------------
+
+OmStatus om__match_find_on_surface(const OmSurface* s, const int* vert, const double* x_rest,
+                                   OmVec3 eye, int n, const double* x, double* rest,
+                                   double* distance) {
+    OmSurfaceTree* tree = NULL;
+    unsigned char* is_facing = NULL;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(is_facing, (size_t)s->ntri);
+    for (int k = 0; k < s->ntri; ++k) {
+        const int* v = s->tri_vert + 3 * (size_t)k;
+        OmVec3 a = om_load3(s->x, v[0]), b = om_load3(s->x, v[1]), c = om_load3(s->x, v[2]);
+        OmVec3 normal = om_cross(om_sub(b, a), om_sub(c, a));
+        is_facing[k] = om_dot(normal, om_sub(eye, a)) > 0;
+    }
+    OM_TRY_DONE(om_surface_tree_create(s, &tree));
+    for (int i = 0; i < n; ++i) {
+        OmSurfacePoint q;
+        OM_CHECK_DONE(om_surface_tree_find(tree, om_load3(x, i), is_facing, INFINITY, &q),
+                      OM_INVALID, "no triangle of the truth faces the camera");
+        OmVec3 p = om_vec3(0, 0, 0);
+        for (int k = 0; k < 3; ++k) {
+            int v = vert[s->tri_vert[3 * (size_t)q.tri + k]];
+            p = om_madd(p, q.bary[k], om_load3(x_rest, v));
+        }
+        om_store3(rest, i, p);
+        if (distance) distance[i] = q.distance;
+    }
+done:
+    om_free(is_facing);
+    om_surface_tree_destroy(tree);
+    return status;
+}
+
+OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, double* rest,
+                                 double* distance) {
+    return om__match_find_on_surface(&t->surface, t->vert, t->site.mesh.x,
+                                     t->head.camera.pose_world_camera.p, n, x, rest, distance);
+}
+
+OmStatus om__match_carry_by(const OmTetMesh* tet, const double* x_now, int n, const double* rest,
+                            double* x) {
+    OmFemMesh mesh = {0};
+    int* elem = NULL;
+    double* weight = NULL;
+    OmStatus status;
+    OM_TRY_DONE(om_fem_mesh_from_tet(tet, OM_TET4, &mesh));
+    OM_ALLOC_DONE(elem, (size_t)n);
+    OM_ALLOC_DONE(weight, 4 * (size_t)n);
+    OM_TRY_DONE(om_fem_mesh_embed(&mesh, n, rest, elem, weight));
+    for (int i = 0; i < n; ++i) {
+        OmVec3 p = om_vec3(0, 0, 0);
+        for (int k = 0; k < 4; ++k)
+            p = om_madd(p, weight[4 * i + k],
+                        om_load3(x_now, mesh.elem_node[4 * (size_t)elem[i] + k]));
+        om_store3(x, i, p);
+    }
+done:
+    om_free(elem);
+    om_free(weight);
+    om_fem_mesh_done(&mesh);
+    return status;
+}
+
+OmStatus om__match_carry(const MatchTruth* t, int n, const double* rest, double* x) {
+    return om__match_carry_by(&t->site.mesh, t->x, n, rest, x);
+}
+
+// ---- the twin -----------------------------------------------------------------------------------------
+
+// A step that did not converge has advanced; the next one starts from there.
+static OmStatus step_body(OmBody* body, double dt) {
+    OmBodyReport report;
+    OmStatus status = om_body_step(body, dt, &report);
+    return status == OM_NOT_CONVERGED ? OM_OK : status;
+}
+
+OmStatus om__match_follow(OmBody* body, const MatchMove* move, const MatchHead* head, int ntick) {
+    for (int i = 0; i < ntick; ++i) {
+        for (int k = 0; k < move->narm; ++k)
+            if (om_body_is_holding(body, k))
+                OM_TRY(om_body_move(body, k, head->tick[i].tip[move->arm[k]]));
+        OM_TRY(step_body(body, head->dt));
+    }
+    return OM_OK;
+}
+
+void om__match_twin_done(MatchTwin* twin) {
+    if (!twin) return;
+    om_site_done(&twin->site);
+    om_free(twin->x);
+    memset(twin, 0, sizeof *twin);
+}
+
+OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const MatchTruth* truth,
+                            double share, int nworker, MatchTwin* twin) {
+    memset(twin, 0, sizeof *twin);
+    const MatchHead* head = &truth->head;
+    OmBody* body = NULL;
+    OmStatus status;
+    int nheld;
+    OM_TRY_DONE(om__match_build_site(setup, belief, OM_SITE_TWIN, &twin->scene, &twin->site));
+    size_t n = 3 * (size_t)twin->site.mesh.nvert;
+    OM_ALLOC_DONE(twin->x, n);
+    OM_TRY_DONE(om_body_create(&twin->scene, &twin->site, nworker, &body));
+    status = om_body_settle(body, head->dt, 1e-3, 3);
+    if (status < 0) goto done;
+    for (int k = 0; k < setup->move.narm; ++k)
+        OM_TRY_DONE(
+            om_body_grasp(body, k, head->grasp_tip[k], twin->scene.task.grasp_radius, &nheld));
+    int ntick = share < 1 ? (int)lround(share * head->nmove) : head->ntick;
+    OM_TRY_DONE(om__match_follow(body, &setup->move, head, ntick));
+    memcpy(twin->x, om_body_x(body), n * sizeof *twin->x);
+done:
+    om_body_destroy(body);
+    if (status < 0) om__match_twin_done(twin);
+    return status;
+}

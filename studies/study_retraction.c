@@ -1,0 +1,253 @@
+// study_retraction.c: thesis chapter 6: cases, runs of DEFRAS and FRAS, and their scores.
+//
+// A success is a run that exposes the ROI by the judge, who counts the ROI's points by rays, with a true force of at
+// most 3 epsilon. Scores are of all cases, and of the cases that the exhaustive search exposes within that force.
+#include <math.h>
+#include <string.h>
+
+#include "studies/study_retraction_internal.h"
+
+#define COOKIE 0x57d17c60u
+#define NABLATED 20  // pairs of the ablations
+
+OmStudyRetractionDef om_study_retraction_default_def(const char* out_dir) {
+    return (OmStudyRetractionDef){.out_dir = out_dir,
+                                  .parts = OM_RETRACTION_SCENARIOS | OM_RETRACTION_THRESHOLD |
+                                           OM_RETRACTION_REPLANNING | OM_RETRACTION_LABORATORY |
+                                           OM_RETRACTION_RANDOM | OM_RETRACTION_ABLATIONS |
+                                           OM_RETRACTION_ALARMS | OM_RETRACTION_SEARCHES,
+                                  .cookie = COOKIE};
+}
+
+static OmStatus validate(const OmStudyRetractionDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "retraction study: a definition not made by om_study_retraction_default_def");
+    OM_CHECK(d->out_dir, OM_INVALID, "retraction study: no folder");
+    OM_CHECK(d->parts > 0 && d->parts < 512, OM_INVALID, "retraction study: parts is %d: 1 to 511",
+             d->parts);
+    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
+             "retraction study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    OM_CHECK(d->ncase >= 0, OM_INVALID, "retraction study: ncase is %d: 0 or more", d->ncase);
+    OM_CHECK(d->first >= 0 && d->first < RETRACTION_NPAIR, OM_INVALID,
+             "retraction study: first is %d: 0 to %d", d->first, RETRACTION_NPAIR - 1);
+    OM_CHECK(!(d->parts & OM_RETRACTION_KIDNEY) || d->data, OM_INVALID,
+             "retraction study: the kidney needs data, the folder that holds ct_abdomen");
+    return OM_OK;
+}
+
+// ---- cases --------------------------------------------------------------------------------------------------------
+
+bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row) {
+    bool is_scenario = c->group == RETRACTION_SCENARIO;
+    bool is_ablated = is_scenario ||
+                      (c->group == RETRACTION_PAIR && c->number < RETRACTION_FIRST_PAIR + NABLATED);
+    if (row == OM_RETRACTION_DEFRAS) return true;
+    if (c->group == RETRACTION_ALARM) return false;
+    if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return is_scenario;
+    if (s->def->is_quick && (is_scenario || row != OM_RETRACTION_NO_LEARNING)) return false;
+    return is_ablated;
+}
+
+static int count_wanted(const OmStudyRetractionDef* d, int all, int quick) {
+    int n = d->is_quick ? quick : all;
+    return d->ncase > 0 && d->ncase < n ? d->ncase : n;
+}
+
+// Is a run of DEFRAS of this case in the folder?
+static bool is_there(const Retraction* s, const char* name) {
+    char file[96], path[1024];
+    snprintf(file, sizeof file, "%s-defras.bin", name);
+    return om_path_join(s->def->out_dir, file, path, sizeof path) == OM_OK && om_path_exists(path);
+}
+
+static OmStatus add_scenario(Retraction* s, int number, RetractionKind kind, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "scenario-%d-%s", number, om__retraction_kind_name[kind]);
+    if (!is_asked && !is_there(s, name)) return OM_OK;
+    r->is_asked = is_asked;
+    ++s->ncase;
+    return om__retraction_scenario(number, kind, s->def->is_quick, &r->c);
+}
+
+static OmStatus add_pair(Retraction* s, int seed, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "pair-%d-%s", seed,
+             om__retraction_kind_name[om__retraction_pair_kind(seed)]);
+    const bool is_known = is_there(s, name);
+    if (!is_asked && !is_known) return OM_OK;
+    // a search asks for what is possible where DEFRAS failed
+    r->is_asked = is_asked || (is_known && s->def->parts & OM_RETRACTION_SEARCHES);
+    ++s->ncase;
+    return om__retraction_pair(seed, s->def->is_quick, &r->c);
+}
+
+static OmStatus add_alarm(Retraction* s, int seed, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "alarm-%d", seed);
+    if (!is_asked && !is_there(s, name)) return OM_OK;
+    r->is_asked = is_asked;
+    ++s->ncase;
+    return om__retraction_alarm(seed, s->def->is_quick, &r->c);
+}
+
+static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
+    if (!is_asked && !is_there(s, c.name)) return;
+    s->result[s->ncase].is_asked = is_asked;
+    s->result[s->ncase++].c = c;
+}
+
+// The cases of the parts that the user wants, and all others that the folder has.
+static OmStatus list_cases(Retraction* s) {
+    const OmStudyRetractionDef* d = s->def;
+    const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;
+    const bool is_searched = d->parts & OM_RETRACTION_SEARCHES;
+    const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated || is_searched
+                              ? count_wanted(d, RETRACTION_NSCENARIO, 1)
+                              : 0;
+    for (int i = 0; i < RETRACTION_NSCENARIO; ++i) {
+        OM_TRY(add_scenario(s, i + 1, RETRACTION_FEWER, i < nscenario));
+        OM_TRY(add_scenario(s, i + 1, RETRACTION_MORE, i < nscenario));
+    }
+    const int nlab = d->parts & OM_RETRACTION_LABORATORY || is_searched
+                         ? count_wanted(d, RETRACTION_NLAB, 1)
+                         : 0;
+    for (int i = 0; i < RETRACTION_NLAB; ++i)
+        add_other(s, om__retraction_lab(i, d->is_quick), i < nlab);
+    int npair = d->parts & OM_RETRACTION_RANDOM ? RETRACTION_NPAIR : is_ablated ? NABLATED : 0;
+    if (npair > 0) npair = count_wanted(d, npair, 1);
+    for (int i = 0; i < RETRACTION_NPAIR; ++i)
+        OM_TRY(add_pair(s, RETRACTION_FIRST_PAIR + i, i >= d->first && i < d->first + npair));
+    const int nalarm = d->parts & OM_RETRACTION_ALARMS ? count_wanted(d, RETRACTION_NALARM, 1) : 0;
+    for (int i = 0; i < RETRACTION_NALARM; ++i)
+        OM_TRY(add_alarm(s, RETRACTION_FIRST_ALARM + i, i >= d->first && i < d->first + nalarm));
+    const int nkidney =
+        d->parts & OM_RETRACTION_KIDNEY ? count_wanted(d, RETRACTION_NKIDNEY, 1) : 0;
+    for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i)
+        add_other(s, om__retraction_kidney(i, d->data, d->is_quick), i < nkidney);
+    return OM_OK;
+}
+
+// ---- scores -------------------------------------------------------------------------------------------------------
+
+typedef struct Columns {
+    int n;
+    double visibility[RETRACTION_MAX_CASE], actions[RETRACTION_MAX_CASE],
+        events[RETRACTION_MAX_CASE], force[RETRACTION_MAX_CASE], force_world[RETRACTION_MAX_CASE];
+} Columns;
+
+static double median(double* value, int n) {
+    if (n == 0) return (double)NAN;
+    om_sort_doubles(value, n);
+    return om_quantile(value, n, 0.5);
+}
+
+static bool is_exposed(const RetractionResult* r) {
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        if (r->has_run[row] && r->run[row].is_success) return true;
+    return false;
+}
+
+bool om__retraction_is_searched(const RetractionResult* r) {
+    const RetractionGroup g = r->c.group;
+    return g == RETRACTION_SCENARIO || g == RETRACTION_LAB ||
+           (g == RETRACTION_PAIR && r->has_run[OM_RETRACTION_DEFRAS] && !is_exposed(r));
+}
+
+bool om__retraction_is_possible(const RetractionResult* r) {
+    return (r->has_ceiling && r->ceiling.is_possible) || is_exposed(r);
+}
+
+static void add_run(const RetractionResult* r, const RetractionRun* run, Columns* c,
+                    OmRetractionScore* score) {
+    const int i = c->n++;
+    const bool is_possible = om__retraction_is_possible(r);
+    score->nunknown += !is_possible && !r->has_ceiling;
+    c->visibility[i] = run->visibility;
+    c->actions[i] = run->naction;
+    c->events[i] = run->nforce;
+    c->force[i] = run->force / run->epsilon;
+    c->force_world[i] = run->force_world / run->epsilon;
+    score->visibility_mean += run->visibility;
+    score->npossible += is_possible;
+    score->nsuccess += run->is_success;
+    score->nsuccess_possible += run->is_success && is_possible;
+    if (run->is_success && r->has_ceiling && r->ceiling.is_possible)
+        score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.best.naction);
+    score->ntrigger += run->ntrigger;
+    score->ngood += run->ngood;
+    score->ngood_alone += run->ngood_alone;
+    score->nfalse +=
+        r->c.kind == RETRACTION_SAME && run->nwarning[0] + run->nwarning[1] + run->nwarning[2] > 0;
+}
+
+static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRow row, Columns* c,
+                      OmRetractionScore* score) {
+    c->n = 0;
+    *score = (OmRetractionScore){0};
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionResult* r = &s->result[i];
+        if (r->c.group == group && r->has_run[row]) add_run(r, &r->run[row], c, score);
+    }
+    score->nrun = c->n;
+    score->visibility_mean = c->n ? score->visibility_mean / c->n : (double)NAN;
+    score->visibility = median(c->visibility, c->n);
+    score->actions = median(c->actions, c->n);
+    score->events = median(c->events, c->n);
+    score->force = median(c->force, c->n);
+    score->force_world = median(c->force_world, c->n);
+}
+
+static OmStatus summarise(Retraction* s) {
+    OmStudyRetractionSummary* sum = &s->sum;
+    OmRetractionScore* score[RETRACTION_NGROUP] = {sum->scenario, sum->random, sum->laboratory,
+                                                   sum->kidney, sum->alarm};
+    Columns* c = om_alloc(1, sizeof *c);
+    if (!c) return OM_NO_MEMORY;
+    for (int g = 0; g < RETRACTION_NGROUP; ++g)
+        for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+            score_row(s, (RetractionGroup)g, (OmRetractionRow)row, c, &score[g][row]);
+    om_free(c);
+    for (int g = 0; g < OM_RETRACTION_NGRID; ++g)
+        for (int f = 0; f < OM_RETRACTION_NSHARE; ++f) {
+            sum->replan[g][f] = s->has_replan ? s->replan.mean[g][f] : (double)NAN;
+            sum->replan_sd[g][f] = s->has_replan ? s->replan.sd[g][f] : (double)NAN;
+        }
+    if (s->has_threshold) sum->force = s->threshold.force;
+    sum->epsilon = om__retraction_epsilon();
+    return OM_OK;
+}
+
+// ---- run ----------------------------------------------------------------------------------------------------------
+
+static OmStatus run(Retraction* s) {
+    char path[1024];
+    OM_TRY(list_cases(s));
+    OM_TRY(om_path_join(s->def->out_dir, "runs", path, sizeof path));
+    if (s->ncase > 0) OM_TRY(om_path_make_dir(path));
+    OM_TRY(om__retraction_run_replan(s));  // first: it is timed
+    OM_TRY(om__retraction_run_threshold(s));
+    OM_TRY(om__retraction_run_cases(s));
+    OM_TRY(summarise(s));
+    OM_TRY(om__retraction_write_json(s));
+    return om__retraction_write_report(s);
+}
+
+OmStatus om_study_retraction_run(const OmStudyRetractionDef* def, const OmProgress* progress,
+                                 OmStudyRetractionSummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    OM_TRY(validate(def));
+    Retraction s = {.def = def, .progress = progress};
+    OmFolder folder = {0};
+    OmStatus status;
+    OM_CALLOC_DONE(s.result, RETRACTION_MAX_CASE);
+    OM_TRY_DONE(om_folder_open(def->out_dir, "retraction study", &folder));
+    status = run(&s);
+    if (status == OM_OK) *summary = s.sum;
+done:
+    om_folder_end(&folder);
+    om_free(s.result);
+    return status;
+}

@@ -1,0 +1,434 @@
+// study_retraction_report.c: the tables of chapter 6 beside the thesis's: report.html for people, study.json for
+// programs.
+#include <math.h>
+#include <string.h>
+
+#include "studies/study_retraction_internal.h"
+
+#define WORD 96
+#define MAX_PATH 1024
+
+static const double thesis_replan[OM_RETRACTION_NGRID][OM_RETRACTION_NSHARE] = {
+    {0.25, 0.24, 0.23, 0.24}, {0.68, 0.65, 0.63, 0.62}, {1.50, 1.48, 1.41, 1.42},
+    {3.06, 2.97, 2.90, 2.88}, {5.88, 5.70, 5.51, 5.51}, {10.75, 10.21, 9.92, 9.87}};
+
+static void ratio_text(char* out, double value, const char* format) {
+    if (isnan(value))
+        snprintf(out, WORD, "-");
+    else
+        snprintf(out, WORD, format, value);
+}
+
+// ---- scores -----------------------------------------------------------------------------------------------
+
+#define NSCORE 11
+
+static void put_score(const char* title, const OmRetractionScore* r, char cell[NSCORE][WORD]) {
+    snprintf(cell[0], WORD, "%s", title);
+    snprintf(cell[1], WORD, "%d of %d", r->nsuccess, r->nrun);
+    snprintf(cell[2], WORD, "%d of %d%s", r->nsuccess_possible, r->npossible,
+             r->nunknown ? ", some not searched" : "");
+    ratio_text(cell[3], 100 * r->visibility, "%.0f");
+    ratio_text(cell[4], 100 * r->visibility_mean, "%.0f");
+    ratio_text(cell[5], r->actions, "%.3g");
+    ratio_text(cell[6], r->events, "%.3g");
+    ratio_text(cell[7], r->force, "%.2f");
+    ratio_text(cell[8], r->force_world, "%.2f");
+    snprintf(cell[9], WORD, "%d of %d, %d", r->ngood, r->ntrigger, r->ngood_alone);
+    snprintf(cell[10], WORD, "%d", r->nfalse);
+}
+
+// The rows that were run, under a heading; nothing if there is none.
+static void add_scores(const char* title, const OmRetractionScore* score, const char* thesis,
+                       OmReport* report) {
+    static const char* const heading[NSCORE] = {"",
+                                                "success",
+                                                "of those possible",
+                                                "visibility, %, median",
+                                                "mean",
+                                                "actions",
+                                                "force events",
+                                                "F_max / epsilon, twin",
+                                                "truth",
+                                                "updates to 2 mm, by attachments alone",
+                                                "false alarms"};
+    char text[OM_RETRACTION_NROW][NSCORE][WORD];
+    const char* cell[OM_RETRACTION_NROW * NSCORE];
+    int n = 0;
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
+        if (score[row].nrun == 0) continue;
+        put_score(om__retraction_row_title[row], &score[row], text[n]);
+        for (int c = 0; c < NSCORE; ++c) cell[n * NSCORE + c] = text[n][c];
+        ++n;
+    }
+    if (n == 0) return;
+    om_report_heading(report, title);
+    om_report_table(report, heading, NSCORE, cell, n);
+    om_report_paragraph(report, thesis);
+}
+
+// ---- cases ------------------------------------------------------------------------------------------------
+
+static void ceiling_text(const RetractionResult* r, char* out) {
+    if (!r->has_ceiling)
+        snprintf(out, WORD, "not searched");
+    else if (r->ceiling.is_possible)
+        snprintf(out, WORD, "%d of %d, from %d actions%s", r->ceiling.best.nexposed,
+                 r->ceiling.best.nsequence, r->ceiling.best.naction,
+                 r->ceiling.best.first_block >= 0 ? ", both arms" : "");
+    else
+        snprintf(out, WORD, "none of %d, %.0f %%", r->ceiling.best.nsequence,
+                 100 * r->ceiling.best.visibility);
+}
+
+#define NRUN 9
+
+static void put_run(const RetractionResult* r, int row, char cell[NRUN][WORD]) {
+    const RetractionRun* run = &r->run[row];
+    snprintf(cell[0], WORD, "%s", r->c.name);
+    snprintf(cell[1], WORD, "%s", om__retraction_row_title[row]);
+    ceiling_text(r, cell[2]);
+    snprintf(cell[3], WORD, "%.0f", 100 * run->visibility);
+    snprintf(cell[4], WORD, "%d", run->naction);
+    snprintf(cell[5], WORD, "%d / %d", run->nforce, run->nforce_world);
+    snprintf(cell[6], WORD, "%.2f / %.2f", run->force / run->epsilon,
+             run->force_world / run->epsilon);
+    snprintf(cell[7], WORD, run->ntrigger ? "%d of %d to 2 mm; %d adopted, %d followed" : "none",
+             run->ngood, run->ntrigger, run->nadopted, run->nfollowed);
+    snprintf(cell[8], WORD, "%s",
+             run->is_success ? "success" : om_retract_outcome_text(run->outcome));
+}
+
+static OmStatus add_table(const Retraction* s, RetractionGroup group, OmReport* report) {
+    static const char* const heading[NRUN] = {"case",
+                                              "how",
+                                              "sequences that expose",
+                                              "visibility, %",
+                                              "actions",
+                                              "force events, twin / truth",
+                                              "F_max / epsilon",
+                                              "updates",
+                                              "result"};
+    int n = 0;
+    const size_t most = RETRACTION_MAX_CASE * OM_RETRACTION_NROW;
+    OmStatus status;
+    const char** cell = NULL;
+    char(*text)[NRUN][WORD] = NULL;
+    OM_ALLOC_DONE(text, most);
+    OM_ALLOC_DONE(cell, most * NRUN);
+    for (int i = 0; i < s->ncase; ++i)
+        for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
+            const RetractionResult* r = &s->result[i];
+            if (r->c.group != group || !r->has_run[row]) continue;
+            put_run(r, row, text[n]);
+            for (int c = 0; c < NRUN; ++c) cell[n * NRUN + c] = text[n][c];
+            ++n;
+        }
+    if (n > 0) om_report_table(report, heading, NRUN, cell, n);
+    status = OM_OK;
+done:
+    om_free(cell);
+    om_free(text);
+    return status;
+}
+
+// A picture, the links to the runs of a case, and the reasons of its failures.
+static OmStatus add_case(const RetractionResult* r, OmReport* report) {
+    char href[OM_RETRACTION_NROW][MAX_PATH], caption[400], reason[600];
+    const char *link[OM_RETRACTION_NROW], *text[OM_RETRACTION_NROW];
+    const RetractionRun* shown = NULL;
+    int n = 0;
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
+        if (!r->has_run[row]) continue;
+        if (!shown) shown = &r->run[row];
+        snprintf(href[n], MAX_PATH, "runs/%s-%s/report.html", r->c.name,
+                 om__retraction_row_name[row]);
+        link[n] = href[n];
+        text[n++] = om__retraction_row_title[row];
+    }
+    if (n == 0) return OM_OK;
+    OmPicture picture;
+    OM_TRY(om__retraction_draw(&r->c, shown, &picture));
+    snprintf(caption, sizeof caption, "%s: %s", r->c.name, shown->reason);
+    om_report_picture(report, &picture, caption);
+    om_picture_done(&picture);
+    snprintf(reason, sizeof reason, "%s: ", r->c.name);
+    om_report_links(report, reason, text, link, n);
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
+        const RetractionRun* run = &r->run[row];
+        if (!r->has_run[row] || run->is_success) continue;
+        const char* force =
+            run->is_exposed ? "; the true force was above 3 epsilon, so it is no success" : "";
+        snprintf(reason, sizeof reason, "%s failed: %s%s.", om__retraction_row_title[row],
+                 run->reason, force);
+        om_report_paragraph(report, reason);
+    }
+    return OM_OK;
+}
+
+static OmStatus add_group(const Retraction* s, RetractionGroup group, const char* title,
+                          const OmRetractionScore* score, const char* thesis, OmReport* report) {
+    bool is_there = false;
+    for (int i = 0; i < s->ncase; ++i) is_there = is_there || s->result[i].c.group == group;
+    if (!is_there) return OM_OK;
+    add_scores(title, score, thesis, report);
+    OM_TRY(add_table(s, group, report));
+    om_report_begin_fold(report, "Every case: attachments from above, and the reports of its runs");
+    for (int i = 0; i < s->ncase; ++i)
+        if (s->result[i].c.group == group) OM_TRY(add_case(&s->result[i], report));
+    om_report_end_fold(report);
+    return OM_OK;
+}
+
+// ---- Table 6.2 --------------------------------------------------------------------------------------------
+
+#define NPLAN 6
+
+static void put_plan(const RetractionCase* c, const OmPreplan* plan, double epsilon,
+                     char cell[NPLAN][WORD]) {
+    snprintf(cell[0], WORD, "%d", c->number);
+    snprintf(cell[1], WORD, "%d of %d", plan->nexposing, plan->ntried);
+    for (int i = 2; i < NPLAN; ++i) snprintf(cell[i], WORD, "-");
+    if (plan->chosen < 0) return;
+    const OmPreplanPoint* p = &plan->point[plan->chosen];
+    snprintf(cell[2], WORD, "(%d,%d)", p->block % plan->n + 1, p->block / plan->n + 1);
+    snprintf(cell[3], WORD, "%.0f", 100 * p->visibility);
+    snprintf(cell[4], WORD, "%d", p->naction);
+    snprintf(cell[5], WORD, "%.2f", p->force / epsilon);
+}
+
+static OmStatus add_plans(const Retraction* s, OmReport* report) {
+    static const char* const heading[NPLAN] = {
+        "scenario", "points that expose", "chosen", "visibility, %", "actions", "F_max / epsilon"};
+    char text[RETRACTION_NSCENARIO][NPLAN][WORD];
+    const char* cell[RETRACTION_NSCENARIO * NPLAN];
+    int n = 0;
+    OmPreplan* plan;
+    OM_ALLOC(plan, 1);
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionCase* c = &s->result[i].c;
+        if (c->group != RETRACTION_SCENARIO || c->kind != RETRACTION_FEWER ||
+            om__retraction_load_preplan(s, c, plan) != OM_OK)
+            continue;
+        put_plan(c, plan, s->sum.epsilon, text[n]);
+        for (int k = 0; k < NPLAN; ++k) cell[n * NPLAN + k] = text[n][k];
+        ++n;
+    }
+    om_free(plan);
+    if (n == 0) return OM_OK;
+    om_report_heading(report, "Plans before (Table 6.2)");
+    om_report_table(report, heading, NPLAN, cell, n);
+    om_report_paragraph(report,
+                        "The thesis: visibility 100, 100, 100, 95, 80, 100, 93, 100 %; actions "
+                        "4, 6, 6, 5, 5, 5, 5, 5; F_max 1.0 to 2.0 epsilon, median 1.3.");
+    return OM_OK;
+}
+
+// ---- epsilon and Table 6.4 --------------------------------------------------------------------------------
+
+static void add_threshold(const Retraction* s, OmReport* report) {
+    const OmForceCalibration* f = &s->threshold.force;
+    char text[500];
+    if (!s->has_threshold) return;
+    om_report_heading(report, "The force threshold (6.5.1)");
+    snprintf(
+        text, sizeof text,
+        "%d grasps in %d layouts: median of the largest pulls %.3f N (quartiles %.3f and %.3f), so "
+        "epsilon is %.2f N; the study uses %.2f N. The truth bears up to %.2f N more (95 %% of the "
+        "instants). The thesis has a median of 0.15 N and 0.3 N, of nodal forces on its own mesh.",
+        f->nrun, s->threshold.nlayout, f->median, f->lower_quartile, f->upper_quartile,
+        f->threshold, s->sum.epsilon, f->margin);
+    om_report_paragraph(report, text);
+}
+
+static void add_replan(const Retraction* s, OmReport* report) {
+    enum { NCOL = 1 + OM_RETRACTION_NSHARE };
+    static const char* const heading[NCOL] = {"blocks along a side", "10 % attached", "30 %",
+                                              "50 %", "70 %"};
+    char text[OM_RETRACTION_NGRID][NCOL][WORD];
+    const char* cell[OM_RETRACTION_NGRID * NCOL];
+    if (!s->has_replan) return;
+    for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {
+        snprintf(text[g][0], WORD, "%d", 5 + g);
+        for (int f = 0; f < OM_RETRACTION_NSHARE; ++f)
+            snprintf(text[g][1 + f], WORD, "%.1f +- %.1f (%.0f)", 1e3 * s->replan.mean[g][f],
+                     1e3 * s->replan.sd[g][f], 1e3 * thesis_replan[g][f]);
+        for (int c = 0; c < NCOL; ++c) cell[g * NCOL + c] = text[g][c];
+    }
+    om_report_heading(report, "Re-planning times (Table 6.4)");
+    om_report_table(report, heading, NCOL, cell, OM_RETRACTION_NGRID);
+    snprintf(text[0][0], WORD, "Processor time of one plan in ms, %d random states a cell",
+             s->replan.nstate);
+    char line[300];
+    snprintf(line, sizeof line, "%s; in brackets the thesis's mean. Look-ahead is off.",
+             text[0][0]);
+    om_report_paragraph(report, line);
+}
+
+// ---- report.html ------------------------------------------------------------------------------------------
+
+static void add_outcome(const Retraction* s, OmReport* report) {
+    const OmRetractionScore* d = &s->sum.scenario[OM_RETRACTION_DEFRAS];
+    char text[300];
+    if (d->nrun == 0) return;
+    snprintf(
+        text, sizeof text,
+        "DEFRAS: %d of %d scenarios exposed with a true force of at most 3 epsilon, %d of the %d that "
+        "are possible. The thesis: 13 of 16.",
+        d->nsuccess, d->nrun, d->nsuccess_possible, d->npossible);
+    om_report_verdict(report, text, d->nsuccess_possible == d->npossible);
+}
+
+static OmStatus add_parts(const Retraction* s, OmReport* report) {
+    OM_TRY(add_plans(s, report));
+    OM_TRY(add_group(
+        s, RETRACTION_SCENARIO, "Scenarios (Table 6.3)", s->sum.scenario,
+        "The thesis: DEFRAS 13 of 16, medians of 100 %, 8 actions, 18 force events, 2.0 "
+        "epsilon, 32 of 34 updates; FRAS 11 of 16, 93 %, 16 actions, 24 events, 3.0 epsilon.",
+        report));
+    OM_TRY(add_group(
+        s, RETRACTION_LAB, "Laboratory (Table 6.5)", s->sum.laboratory,
+        "The thesis: 8 of 9 above 80 %, mean 94 %, 17 of 18 updates; GAIL 90 %, Attanasio et "
+        "al. 83 %.",
+        report));
+    OM_TRY(
+        add_group(s, RETRACTION_PAIR, "Random pairs", s->sum.random, "Not in the thesis.", report));
+    OM_TRY(add_group(s, RETRACTION_ALARM, "False alarms: right attachments, every other error",
+                     s->sum.alarm, "Not in the thesis.", report));
+    OM_TRY(add_group(s, RETRACTION_KIDNEY, "Kidney", s->sum.kidney, "Not in the thesis.", report));
+    add_replan(s, report);
+    add_threshold(s, report);
+    return OM_OK;
+}
+
+OmStatus om__retraction_write_report(const Retraction* s) {
+    char path[MAX_PATH];
+    OM_TRY(om_path_join(s->def->out_dir, "report.html", path, sizeof path));
+    OmReport report;
+    om_report_begin(&report, "Retraction under wrong beliefs", "thesis chapter 6");
+    add_outcome(s, &report);
+    om_report_paragraph(
+        &report,
+        "A success exposes 80 % of the ROI by the judge, who counts its points by rays, with a "
+        "true force of at most 3 epsilon. Possible are the cases that a run exposed, or an exhaustive search of one "
+        "arm with the true attachments exposes within this force. Pictures: blue or green where the "
+        "tissue is attached, a red line around what is believed, magenta the ROI, a ring around the "
+        "first grasp, a dot on the last.");
+    OmStatus status = add_parts(s, &report);
+    if (status == OM_OK) return om_report_save(&report, path);
+    om_report_done(&report);
+    return status;
+}
+
+// ---- study.json -------------------------------------------------------------------------------------------
+
+static void put_run_json(OmJson* json, const char* key, const RetractionRun* r) {
+    om_json_open(json, key, '{');
+    om_json_bool(json, "success", r->is_success);
+    om_json_string(json, "outcome", om_retract_outcome_text(r->outcome));
+    om_json_string(json, "reason", r->reason);
+    om_json_number(json, "visibility_start", r->visibility_start);
+    om_json_number(json, "visibility", r->visibility);
+    om_json_number(json, "force_n", r->force);
+    om_json_number(json, "force_world_n", r->force_world);
+    om_json_number(json, "epsilon_n", r->epsilon);
+    om_json_integer(json, "force_events", r->nforce);
+    om_json_integer(json, "force_events_world", r->nforce_world);
+    om_json_integer(json, "actions", r->naction);
+    om_json_integer(json, "plans", r->nplan);
+    om_json_integer(json, "updates", r->nupdate);
+    om_json_integer(json, "updates_adopted", r->nadopted);
+    om_json_integer(json, "triggers", r->ntrigger);
+    om_json_integer(json, "triggers_good", r->ngood);
+    om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
+    om_json_integer(json, "updates_followed", r->nfollowed);
+    om_json_integer(json, "warnings", r->nwarning[0] + r->nwarning[1] + r->nwarning[2]);
+    om_json_string(json, "hold", om_hold_text(r->hold));
+    om_json_number(json, "visibility_seen", r->visibility_seen);
+    om_json_number(json, "mu_max_m", r->mu_max);
+    om_json_number(json, "time_s", r->time);
+    om_json_number(json, "wall_time_s", r->wall_time);
+    om_json_close(json, '}');
+}
+
+static void put_case_json(OmJson* json, const RetractionResult* r) {
+    const double roi[2] = {r->c.roi.x, r->c.roi.y};
+    om_json_open(json, NULL, '{');
+    om_json_string(json, "name", r->c.name);
+    om_json_integer(json, "seed", r->c.seed);
+    om_json_number(json, "share", r->c.share);
+    om_json_number(json, "believed", r->c.believed);
+    om_json_numbers(json, "roi_m", roi, 2);
+    if (r->has_ceiling) {
+        om_json_bool(json, "possible", r->ceiling.is_possible);
+        om_json_integer(json, "sequences", r->ceiling.best.nsequence);
+        om_json_integer(json, "sequences_exposed", r->ceiling.best.nexposed);
+        om_json_number(json, "best_visibility", r->ceiling.best.visibility);
+        om_json_bool(json, "search_both_arms",
+                     r->ceiling.is_possible && r->ceiling.best.first_block >= 0);
+        om_json_integer(json, "search_actions", r->ceiling.best.naction);
+    }
+    om_json_open(json, "runs", '{');
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        if (r->has_run[row]) put_run_json(json, om__retraction_row_name[row], &r->run[row]);
+    om_json_close(json, '}');
+    om_json_close(json, '}');
+}
+
+static void put_scores_json(OmJson* json, const char* key, const OmRetractionScore* score) {
+    om_json_open(json, key, '{');
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
+        const OmRetractionScore* r = &score[row];
+        if (r->nrun == 0) continue;
+        om_json_open(json, om__retraction_row_name[row], '{');
+        om_json_integer(json, "runs", r->nrun);
+        om_json_integer(json, "possible", r->npossible);
+        om_json_integer(json, "success", r->nsuccess);
+        om_json_integer(json, "success_possible", r->nsuccess_possible);
+        om_json_number(json, "visibility", r->visibility);
+        om_json_number(json, "visibility_mean", r->visibility_mean);
+        om_json_number(json, "actions", r->actions);
+        om_json_number(json, "force_events", r->events);
+        om_json_number(json, "force_ratio", r->force);
+        om_json_number(json, "force_world_ratio", r->force_world);
+        om_json_integer(json, "triggers", r->ntrigger);
+        om_json_integer(json, "triggers_good", r->ngood);
+        om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
+        om_json_integer(json, "false_alarms", r->nfalse);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, '}');
+}
+
+OmStatus om__retraction_write_json(const Retraction* s) {
+    char path[MAX_PATH];
+    OM_TRY(om_path_join(s->def->out_dir, "study.json", path, sizeof path));
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "version", om_version());
+    om_json_number(&json, "epsilon_n", s->sum.epsilon);
+    put_scores_json(&json, "scenarios", s->sum.scenario);
+    put_scores_json(&json, "random", s->sum.random);
+    put_scores_json(&json, "laboratory", s->sum.laboratory);
+    put_scores_json(&json, "kidney", s->sum.kidney);
+    put_scores_json(&json, "alarms", s->sum.alarm);
+    if (s->has_replan) {
+        om_json_open(&json, "replan_ms", '[');
+        for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {
+            double ms[OM_RETRACTION_NSHARE];
+            for (int f = 0; f < OM_RETRACTION_NSHARE; ++f) ms[f] = 1e3 * s->replan.mean[g][f];
+            om_json_numbers(&json, NULL, ms, OM_RETRACTION_NSHARE);
+        }
+        om_json_close(&json, ']');
+    }
+    if (s->has_threshold) {
+        om_json_number(&json, "measured_epsilon_n", s->threshold.force.threshold);
+        om_json_number(&json, "measured_margin_n", s->threshold.force.margin);
+    }
+    om_json_open(&json, "cases", '[');
+    for (int i = 0; i < s->ncase; ++i) put_case_json(&json, &s->result[i]);
+    om_json_close(&json, ']');
+    om_json_close(&json, '}');
+    return om_json_save(&json, path);
+}

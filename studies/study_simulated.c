@@ -1,0 +1,415 @@
+// study_simulated.c: Table 4.1: BA-Net on samples of the generator with seeds of their own.
+//
+// Samples are independent. A batch of them is made, scored and simulated in parallel; each network has one thread, as
+// its bytes depend on their number. Samples, results without the network, and results of the network are one file each:
+// other weights repeat the last alone.
+//
+// Grasped vertices share the force of the truth, and their true displacement drives the simulation of the same mesh and
+// law. The equilibrium with the true attachments is then that of the truth, up to tolerances and folds: AVE of Same is
+// smaller than in the thesis (0.6 mm), and AVE shows attachments alone.
+#include <string.h>
+
+#include "omentum/banet_net.h"
+#include "studies/study_internal.h"
+#include "studies/study_match_case.h"
+#include "studies/study_simulated_internal.h"
+
+#define COOKIE 0x51b41a7eu
+#define NSAMPLE 380
+#define QUICK_SEED 40
+#define BATCH 4  // samples of a worker
+
+const char* const om__sim_set_name[SIM_NSET] = {"exact", "camera", "board", "two"};
+const char* const om__sim_set_title[SIM_NSET] = {"Test (a), exact displacements",
+                                                 "Test (b), depth camera",
+                                                 "on a board, under gravity", "two regions"};
+const char* const om__sim_guess_name[SIM_NGUESS] = {"zero", "all", "same", "net"};
+const char* const om__sim_guess_title[SIM_NGUESS] = {"Zero: none", "All: the lowest side",
+                                                     "Same: the true ones", "Network"};
+
+OmStudySimulatedDef om_study_simulated_default_def(const char* out_dir) {
+    return (OmStudySimulatedDef){
+        .out_dir = out_dir, .nsample = NSAMPLE, .nsolve = -1, .cookie = COOKIE};
+}
+
+static OmStatus validate(const OmStudySimulatedDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "simulated study: a definition not made by om_study_simulated_default_def");
+    OM_CHECK(d->out_dir, OM_INVALID, "simulated study: no folder");
+    OM_CHECK(d->nsample >= 1 && d->nsample <= 9999, OM_INVALID,
+             "simulated study: nsample is %d: 1 to 9999", d->nsample);
+    OM_CHECK(d->nsolve >= -1, OM_INVALID, "simulated study: nsolve is %d: -1 or more", d->nsolve);
+    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
+             "simulated study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    return OM_OK;
+}
+
+// The test sets of the generator; nothing is chosen on them. A quick study has small bodies and other seeds.
+static OmBanetSampleDef define_set(const OmStudySimulatedDef* d, int set) {
+    OmBanetSampleDef def = om_banet_data_test_def((OmBanetTest)set, d->out_dir).sample;
+    if (d->is_quick) {
+        def.seed = QUICK_SEED + (uint64_t)set;
+        def.extent[0] = 0.06;
+        def.extent[1] = 0.08;
+        def.thickness[1] = 0.01;
+    }
+    return def;
+}
+
+// ---- one sample -----------------------------------------------------------------------------------------
+
+// Hash of everything that a sample depends on.
+static uint64_t hash_sample(const Sim* s, const SimCase* c) {
+    const int number[2] = {SIM_METHOD, c->index};
+    const uint64_t def = om_banet_sample_def_hash(&s->sample_def[c->set]);
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(&def, sizeof def, hash);
+    return om_hash(number, sizeof number, hash);
+}
+
+static uint64_t hash_base(const Sim* s, const SimCase* c) {
+    const int solved = c->index < s->nsolve[c->set];
+    return om_hash(&solved, sizeof solved, hash_sample(s, c));
+}
+
+static uint64_t hash_net(const Sim* s, const SimCase* c) {
+    return om_hash(&s->net_hash, sizeof s->net_hash, hash_base(s, c));
+}
+
+typedef char Name[64];
+static const char* file_name(const SimCase* c, const char* what, Name name) {
+    snprintf(name, sizeof(Name), "%s-%s-%04d.bin", what, om__sim_set_name[c->set], c->index + 1);
+    return name;
+}
+
+typedef struct Item {  // a case of the batch
+    SimCase* c;
+    OmBanetSample sample;
+    SimBody body;
+    bool is_new_sample;
+    double* probability;  // of surface vertices
+    OmStatus status;
+    char message[256];
+} Item;
+
+typedef struct Batch {
+    const Sim* s;
+    int n;
+    Item* item;
+} Batch;
+
+static void item_done(Item* item) {
+    om__sim_body_done(&item->body);
+    om_banet_sample_done(&item->sample);
+    om_free(item->probability);
+    memset(item, 0, sizeof *item);
+}
+
+OmStatus om__sim_sample_get(const Sim* s, const SimCase* c, OmBanetSample* sample) {
+    Name name;
+    if (om__sim_sample_load(s->def->out_dir, file_name(c, "sample", name), hash_sample(s, c),
+                            sample))
+        return OM_OK;
+    return om_banet_sample_make(&s->sample_def[c->set], c->index, sample);
+}
+
+// Scores and simulations that need no network.
+static OmStatus make_base(const Sim* s, Item* item) {
+    SimBase* base = &item->c->base;
+    const OmBanetSample* sample = &item->sample;
+    memset(base, 0, sizeof *base);
+    base->is_made = 1;
+    base->is_camera = sample->is_camera;
+    base->nregion = sample->nregion;
+    base->nvert = sample->mesh.nvert;
+    base->share = sample->share;
+    base->visible = sample->visible;
+    base->input = sample->max_u;
+    base->young = sample->material.young;
+    base->poisson = sample->material.poisson;
+    base->seconds = sample->seconds;
+    for (int guess = 0; guess < OM_STUDY_SIM_NET; ++guess) {
+        OM_TRY(om__sim_body_guess(&item->body, (OmStudySimulatedGuess)guess));
+        OM_TRY(om__sim_body_score(&item->body, &base->score[guess]));
+        if (item->c->index < s->nsolve[item->c->set])
+            OM_TRY(om__sim_body_move(&item->body, &base->move[guess]));
+    }
+    return OM_OK;
+}
+
+static OmStatus prepare(const Sim* s, Item* item) {
+    Name name;
+    SimCase* c = item->c;
+    bool is_there = om__sim_sample_load(s->def->out_dir, file_name(c, "sample", name),
+                                        hash_sample(s, c), &item->sample);
+    if (!is_there) {
+        OmStatus status = om_banet_sample_make(&s->sample_def[c->set], c->index, &item->sample);
+        if (status < 0) return status;
+        item->is_new_sample = status == OM_OK;
+        if (status != OM_OK) return OM_OK;  // no draw: base.is_made stays 0
+    }
+    OM_TRY(om__sim_body_make(&item->sample, s->sample_def[c->set].side, &item->body));
+    return c->has_base ? OM_OK : make_base(s, item);
+}
+
+// Results of one loop over the batch: the status and the message of each item.
+static void keep_status(Item* item, OmStatus status) {
+    item->status = status;
+    if (status < 0) snprintf(item->message, sizeof item->message, "%s", om_error_message());
+}
+
+static void prepare_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Batch* b = ctx;
+    for (int i = begin; i < end; ++i) keep_status(&b->item[i], prepare(b->s, &b->item[i]));
+}
+
+static OmStatus check_items(const Batch* b) {
+    for (int i = 0; i < b->n; ++i)
+        OM_CHECK(b->item[i].status >= 0, b->item[i].status, "sample %d of the set \"%s\": %s",
+                 b->item[i].c->index + 1, om__sim_set_name[b->item[i].c->set], b->item[i].message);
+    return OM_OK;
+}
+
+static OmStatus estimate(const Sim* s, Item* item) {
+    SimCase* c = item->c;
+    const OmSurface* surface = &item->sample.surface;
+    OM_ALLOC(item->probability, (size_t)surface->nvert);
+    double begin = om__attach_thread_ms();
+    OM_TRY(om__sim_net_estimate(s, &item->body, item->probability));
+    c->net->ms = om__attach_thread_ms() - begin;
+    OM_TRY(om__sim_body_cells(&item->body, item->probability, c->net));
+    OM_TRY(om__sim_body_score(&item->body, &c->net->score));
+    return c->index < s->nsolve[c->set] ? om__sim_body_move(&item->body, &c->net->move) : OM_OK;
+}
+
+static void estimate_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Batch* b = ctx;
+    for (int i = begin; i < end; ++i)
+        if (b->item[i].c->base.is_made) keep_status(&b->item[i], estimate(b->s, &b->item[i]));
+}
+
+static OmStatus run_batch(const Sim* s, Batch* b) {
+    Name name;
+    const char* dir = s->def->out_dir;
+    om_parallel_for(s->def->nworker, b->n, 1, prepare_range, b);
+    OM_TRY(check_items(b));
+    for (int i = 0; i < b->n; ++i) {
+        Item* item = &b->item[i];
+        SimCase* c = item->c;
+        if (item->is_new_sample)
+            OM_TRY(om__sim_sample_save(dir, file_name(c, "sample", name), hash_sample(s, c),
+                                       &item->sample));
+        if (c->has_base) continue;
+        OM_TRY(om__match_save_result(dir, file_name(c, "base", name), hash_base(s, c), &c->base,
+                                     sizeof c->base));
+        c->has_base = true;
+    }
+    if (!s->net) return OM_OK;
+    om_parallel_for(s->def->nworker, b->n, 1, estimate_range, b);
+    OM_TRY(check_items(b));
+    for (int i = 0; i < b->n; ++i) {
+        SimCase* c = b->item[i].c;
+        OM_TRY(om__match_save_result(dir, file_name(c, "net", name), hash_net(s, c), c->net,
+                                     sizeof *c->net));
+        c->has_net = true;
+    }
+    return OM_OK;
+}
+
+// ---- all samples ------------------------------------------------------------------------------------------
+
+static OmStatus make_cases(Sim* s) {
+    for (int set = 0; set < SIM_NSET; ++set) {
+        int n = set <= OM_STUDY_SIM_CAMERA ? s->def->nsample : (s->def->nsample + 1) / 2;
+        s->sample_def[set] = define_set(s->def, set);
+        s->nsample[set] = s->def->is_quick ? 2 : n;
+        s->nsolve[set] = s->def->nsolve < 0 ? s->nsample[set] : s->def->nsolve;
+        s->ncase += s->nsample[set];
+    }
+    s->c = om_calloc((size_t)s->ncase, sizeof *s->c);
+    if (!s->c) return OM_NO_MEMORY;
+    SimCase* c = s->c;
+    for (int set = 0; set < SIM_NSET; ++set)
+        for (int i = 0; i < s->nsample[set]; ++i, ++c) {
+            Name name;
+            c->set = set;
+            c->index = i;
+            c->net = om_calloc(1, sizeof *c->net);
+            if (!c->net) return OM_NO_MEMORY;
+            c->has_base = om__match_load_result(s->def->out_dir, file_name(c, "base", name),
+                                                hash_base(s, c), &c->base, sizeof c->base);
+            if (s->net)
+                c->has_net =
+                    c->has_base && om__match_load_result(s->def->out_dir, file_name(c, "net", name),
+                                                         hash_net(s, c), c->net, sizeof *c->net);
+        }
+    return OM_OK;
+}
+
+// In the order of samples, sets in turn: a study that was stopped has the first samples of each set.
+static int next_case(const Sim* s, int from, int* order) {
+    int n = 0;
+    for (int index = from;; ++index) {
+        int first = 0, left = 0;
+        for (int set = 0; set < SIM_NSET; first += s->nsample[set++]) {
+            if (index >= s->nsample[set]) continue;
+            ++left;
+            order[n++] = first + index;
+        }
+        if (!left) return n;
+    }
+}
+
+static OmStatus run_cases(Sim* s) {
+    int nitem = BATCH * om_worker_count(s->def->nworker), ndone = 0;
+    OmStatus status = OM_OK;
+    int* order = om_alloc((size_t)s->ncase, sizeof *order);
+    Item* item = om_calloc((size_t)nitem, sizeof *item);
+    if (!order || !item) status = OM_NO_MEMORY;
+    int n = status == OM_OK ? next_case(s, 0, order) : 0;
+    for (int k = 0; k < n && status >= 0;) {
+        Batch batch = {s, 0, item};
+        for (; k < n && batch.n < nitem; ++k) {
+            SimCase* c = &s->c[order[k]];
+            ++ndone;
+            bool is_done = c->has_base && (!s->net || c->has_net || !c->base.is_made);
+            if (!is_done) item[batch.n++].c = c;
+        }
+        if (!batch.n) break;
+        s->sum.nnew += batch.n;
+        status = om_progress_report(s->progress, "samples", ndone - batch.n, s->ncase);
+        if (status >= 0) status = run_batch(s, &batch);
+        for (int i = 0; i < nitem; ++i) item_done(&item[i]);
+    }
+    om_free(item);
+    om_free(order);
+    return status;
+}
+
+// ---- summary ----------------------------------------------------------------------------------------------
+
+static const SimScore* score_of(const SimCase* c, int guess) {
+    return guess == OM_STUDY_SIM_NET ? &c->net->score : &c->base.score[guess];
+}
+static const SimMove* move_of(const SimCase* c, int guess) {
+    return guess == OM_STUDY_SIM_NET ? &c->net->move : &c->base.move[guess];
+}
+
+// value: scratch (6 x ncase)
+static void summarise_row(const Sim* s, int set, bool is_hidden, int guess, double* value,
+                          OmStudySimulatedRow* row) {
+    double* part[6];
+    int n = 0, nmove = 0;
+    for (int k = 0; k < 6; ++k) part[k] = value + (size_t)k * (size_t)s->ncase;
+    for (int i = 0; i < s->ncase; ++i) {
+        const SimCase* c = &s->c[i];
+        if (c->set != set || !c->base.is_made || (is_hidden && c->base.visible >= 0.5)) continue;
+        if (guess == OM_STUDY_SIM_NET && !c->has_net) continue;
+        const SimScore* score = score_of(c, guess);
+        const SimMove* move = move_of(c, guess);
+        const double of[4] = {score->dsc, score->tpr, score->dsc_area, score->tpr_area};
+        for (int k = 0; k < 4; ++k) part[k][n] = of[k];
+        ++n;
+        if (!move->is_there) continue;
+        part[4][nmove] = move->ave;
+        part[5][nmove++] = move->mve;
+        row->nstopped += move->is_stopped;
+    }
+    OmStudyQuartiles* out[6] = {&row->dsc,      &row->tpr, &row->dsc_area,
+                                &row->tpr_area, &row->ave, &row->mve};
+    for (int k = 0; k < 6; ++k) *out[k] = om__attach_quartiles(part[k], k < 4 ? n : nmove);
+}
+
+// Reliability over the cells of a set.
+static OmStatus calibrate(Sim* s, int set) {
+    _Static_assert(OM_STUDY_SIM_NBIN == OM_BANET_NBIN, "bins of the network's own evaluation");
+    int64_t n = 0, at = 0;
+    for (int i = 0; i < s->ncase; ++i)
+        if (s->c[i].set == set && s->c[i].has_net) n += s->c[i].net->ncell;
+    if (n == 0) return OM_OK;
+    double* said = om_alloc((size_t)n, sizeof *said);
+    unsigned char* is_true = om_alloc((size_t)n, 1);
+    OmStatus status = said && is_true ? OM_OK : OM_NO_MEMORY;
+    for (int i = 0; i < s->ncase && status == OM_OK; ++i) {
+        const SimNet* net = s->c[i].net;
+        for (int k = 0; s->c[i].set == set && s->c[i].has_net && k < net->ncell; ++k) {
+            said[at] = (double)net->probability[k];
+            is_true[at++] = net->is_true[k];
+        }
+    }
+    if (status == OM_OK)
+        status = om_banet_reliability(n, said, is_true, s->sum.bin_said[set], s->sum.bin_true[set],
+                                      &s->sum.ece[set]);
+    om_free(said);
+    om_free(is_true);
+    return status;
+}
+
+static bool meets(const OmStudySimulatedRow* r, double dsc, double tpr, double ave) {
+    return r->dsc.n && r->ave.n && r->dsc.median >= dsc && r->tpr.median >= tpr &&
+           r->ave.median <= ave;
+}
+
+static OmStatus summarise(Sim* s) {
+    OmStudySimulatedSummary* sum = &s->sum;
+    double* value = om_alloc(6 * (size_t)s->ncase, sizeof *value);
+    if (!value) return OM_NO_MEMORY;
+    int nms = 0, nsolve = 0;
+    for (int set = 0; set < SIM_NSET; ++set) {
+        int n = 0;
+        sum->nsample[set] = s->nsample[set];
+        for (int i = 0; i < s->ncase; ++i) {
+            if (s->c[i].set != set) continue;
+            sum->nlost[set] += !s->c[i].base.is_made;
+            if (s->c[i].base.is_made) value[n++] = s->c[i].base.input;
+        }
+        sum->input[set] = om__attach_quartiles(value, n).median;
+        for (int guess = 0; guess < SIM_NGUESS; ++guess) {
+            summarise_row(s, set, false, guess, value, &sum->all[set][guess]);
+            summarise_row(s, set, true, guess, value, &sum->hidden[set][guess]);
+        }
+    }
+    for (int i = 0; i < s->ncase; ++i) {
+        if (s->c[i].has_net && s->c[i].base.is_made) value[nms++] = s->c[i].net->ms;
+        for (int g = 0; g < SIM_NGUESS; ++g) {
+            const SimMove* move = move_of(&s->c[i], g);
+            if (move->is_there) value[s->ncase + nsolve++] = move->ms;
+        }
+    }
+    sum->net_ms = om__attach_quartiles(value, nms).median;
+    sum->solve_ms = om__attach_quartiles(value + s->ncase, nsolve).median;
+    om_free(value);
+    for (int set = 0; set < SIM_NSET; ++set) OM_TRY(calibrate(s, set));
+    sum->is_met = meets(&sum->all[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET], OM_STUDY_SIM_DSC,
+                        OM_STUDY_SIM_TPR, OM_STUDY_SIM_AVE) &&
+                  meets(&sum->hidden[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET], OM_STUDY_SIM_DSC_V,
+                        OM_STUDY_SIM_TPR_V, OM_STUDY_SIM_AVE_V) &&
+                  sum->ece[OM_STUDY_SIM_EXACT] <= OM_STUDY_SIM_ECE;
+    return OM_OK;
+}
+
+static void sim_done(Sim* s) {
+    om__sim_net_destroy(s->net);
+    for (int i = 0; s->c && i < s->ncase; ++i) om_free(s->c[i].net);
+    om_free(s->c);
+}
+
+OmStatus om_study_simulated_run(const OmStudySimulatedDef* def, const OmProgress* progress,
+                                OmStudySimulatedSummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    OM_TRY(validate(def));
+    OmFolder folder = {0};
+    Sim s = {.def = def, .progress = progress};
+    OmStatus status = om_folder_open(def->out_dir, "simulated study", &folder);
+    if (status >= 0) status = om__sim_net_load(&s);
+    if (status >= 0) status = make_cases(&s);
+    if (status >= 0) status = run_cases(&s);
+    if (status >= 0) status = summarise(&s);
+    if (status >= 0) status = om__sim_write(&s);
+    if (status >= 0) *summary = s.sum;
+    om_folder_end(&folder);
+    sim_done(&s);
+    return status;
+}
