@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Make python/omentum/_capi.py, the ctypes declarations of the C interface, from the public headers.
+"""Make _capi.py, the ctypes declarations of the C interface, from the public headers.
 
-    tools/python_binding.py              write python/omentum/_capi.py
-    tools/python_binding.py --check      exit 1 if the file differs from the headers
+    tools/python_binding.py              write python/omentum/_capi.py, which a checkout's package loads; git ignores it
+    tools/python_binding.py FILE...      write each of these files; the build calls this (python/CMakeLists.txt)
     tools/python_binding.py --layout     print a C program that prints the size of every struct and the offset
                                          of every field; the tests compare them with those of ctypes
 
@@ -443,21 +443,25 @@ def layout(headers):
     return "\n".join(out + ["    return 0;", "}"])
 
 
+def write(path, text):
+    """Write by a temporary name: two builds may write the same file at once."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    os.replace(temporary, path)
+
+
 def main():
     headers = Headers(preprocess())
     if sys.argv[1:] == ["--layout"]:
         print(layout(headers))
         return
-    text = make(headers)
-    if sys.argv[1:] == ["--check"]:
-        if not TARGET.exists() or TARGET.read_text(encoding="utf-8") != text:
-            fail("python/omentum/_capi.py is not that of the headers; run tools/python_binding.py")
-        return
-    if sys.argv[1:]:
+    if any(name.startswith("-") for name in sys.argv[1:]):
         fail(f"no such option: {' '.join(sys.argv[1:])}")
-    TARGET.write_text(text, encoding="utf-8")
-    print(f"{TARGET.relative_to(ROOT)}: {len(headers.functions)} functions, {len(headers.structs)} structs, "
-          f"{len(headers.enums)} enums")
+    text = make(headers)
+    for path in [pathlib.Path(name) for name in sys.argv[1:]] or [TARGET]:
+        write(path, text)
+    print(f"_capi.py: {len(headers.functions)} functions, {len(headers.structs)} structs, {len(headers.enums)} enums")
 
 
 if __name__ == "__main__":

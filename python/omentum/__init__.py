@@ -8,6 +8,13 @@
 All lengths are metres, forces newtons, times seconds, angles radians. Arrays of vectors are (n x 3). Positions and
 pictures of a simulation are NumPy views of its memory.
 """
+try:
+    from ._capi import OM_VERSION as __version__
+except ModuleNotFoundError as _missing:
+    if _missing.name != "omentum._capi":
+        raise
+    raise ImportError("this checkout of omentum is not built, so python/omentum/_capi.py is missing: run `make build` in it, or "
+                      "tools/python_binding.py for this file alone") from None
 from . import _capi as capi
 from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged,
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
@@ -37,5 +44,4 @@ for _kind in (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, No
               TimeLimit, Unavailable):
     _kind.__module__ = "omentum"  # the name that tracebacks show
 
-__version__ = capi.OM_VERSION
 __all__ = [name for name in dir() if not name.startswith("_")]
