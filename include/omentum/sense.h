@@ -166,6 +166,14 @@ OM_API OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera
 OM_API OmStatus om_sense_triangles(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                                    float* depth, int* id, int* tri);
 
+typedef struct OmDepthPicture {  // of a depth camera
+    double time;                 // s, of the exposure
+    OmCamera camera;             // intrinsics and pose
+    // m along the camera's z; 0, NaN or infinite: no return  (height x width); null: not observed
+    float* depth;
+    OmPicture color;  // RGB of the same pixels; empty: not observed
+} OmDepthPicture;
+
 /// Noise of a structured-light or stereo camera: sigma = a + b z^2. Pixels have no depth where the cosine between ray
 /// and surface normal is below `min_grazing`, and at random with probability `dropout`.
 typedef struct OmDepthNoise {

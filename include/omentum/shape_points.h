@@ -32,6 +32,13 @@ OM_API int om_point_tree_find(const OmPointTree* tree, OmVec3 p, double* distanc
 /// @return how many there are: num, or all points of a smaller tree
 OM_API int om_point_tree_find_many(const OmPointTree* tree, OmVec3 p, int num, int* index);
 
+/// Principal axes of some of the points, that of the smallest spread first: the normal of their plane.
+/// @param point   their indices  (n)
+/// @param mean    out, m
+/// @param spread  out: sums of squares along the axes, m^2
+OM_API OmMat3 om_points_axes(const double* x, int n, const int* point, OmVec3* mean,
+                             OmVec3* spread);
+
 #ifdef __cplusplus
 }
 #endif

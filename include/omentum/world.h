@@ -63,14 +63,6 @@ typedef struct OmWorldPicture {  // of the endoscope
     OmPicture color;             // RGB; empty: not observed
 } OmWorldPicture;
 
-typedef struct OmDepthPicture {  // of the depth camera
-    double time;                 // s, of the exposure
-    OmCamera camera;             // intrinsics and pose
-    // m along the camera's z; 0, NaN or infinite: no return  (height x width); null: not observed
-    float* depth;
-    OmPicture color;  // RGB of the same pixels; empty: not observed
-} OmDepthPicture;
-
 /// Each source has its own time: in a real world a picture is older than the joints. No measurement names an object:
 /// om_cloud_init (world_cloud.h) finds the points on the tissue from depth, joints and known anatomy.
 typedef struct OmObservation {         // om_observation_done frees; zero-initialise

@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "match/match_scan_internal.h"
 #include "match/match_spectral_internal.h"
 #include "omentum/shape_points.h"
 
@@ -63,7 +62,7 @@ static OmVec3 tangent_normal(const double* x, const double* normal, int i, int n
                              const int* near) {
     if (normal && om_norm2(om_load3(normal, i)) > 0.25) return om_load3(normal, i);
     OmVec3 mean, spread;
-    return om__plane_axes(x, num, near, &mean, &spread).cx;
+    return om_points_axes(x, num, near, &mean, &spread).cx;
 }
 
 // Triangles at point i into tri_vert, at most NEIGHBOUR; returns how many.

@@ -59,8 +59,6 @@ bool om__edges_take(ScanEdges* e, const int v[3]);
 // Keep points `spacing` apart in the mean, each the mean of the points around it.
 OmStatus om__scan_thin(double spacing, OmScan* scan, int* nthinned);
 
-// Principal axes of some points, that of the smallest spread first, with the sums of squares along them and the mean.
-OmMat3 om__plane_axes(const double* x, int n, const int* point, OmVec3* mean, OmVec3* spread);
 // Normal of the plane through some points, of either direction, and their mean; zero if they are fewer than six or lie
 // on a line.
 OmVec3 om__plane_normal(const double* x, int n, const int* point, OmVec3* mean);

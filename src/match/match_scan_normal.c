@@ -13,22 +13,9 @@
 #define MIN_FIT 6        // points of a plane
 #define MIN_SPREAD 0.05  // variance across a line over the variance along it: less is no plane
 
-OmMat3 om__plane_axes(const double* x, int n, const int* point, OmVec3* mean, OmVec3* spread) {
-    OmVec3 zero = om_vec3(0, 0, 0);
-    OmMat3 sum = om_mat3_diag(zero), axes;
-    *mean = zero;
-    for (int k = 0; k < n; ++k) *mean = om_madd(*mean, 1.0 / n, om_load3(x, point[k]));
-    for (int k = 0; k < n; ++k) {
-        OmVec3 d = om_sub(om_load3(x, point[k]), *mean);
-        sum = om_mat3_add(sum, om_mat3_outer(d, d));
-    }
-    om_mat3_eigen_symmetric(sum, spread, &axes);
-    return axes;
-}
-
 OmVec3 om__plane_normal(const double* x, int n, const int* point, OmVec3* mean) {
     OmVec3 spread;
-    OmMat3 axes = om__plane_axes(x, n, point, mean, &spread);
+    OmMat3 axes = om_points_axes(x, n, point, mean, &spread);
     bool is_plane = n >= MIN_FIT && spread.y > MIN_SPREAD * spread.z;
     return is_plane ? axes.cx : om_vec3(0, 0, 0);
 }

@@ -158,3 +158,16 @@ int om_point_tree_find_many(const OmPointTree* tree, OmVec3 p, int num, int* ind
     descend(tree, 0, tree->n, &best);
     return num;
 }
+
+OmMat3 om_points_axes(const double* x, int n, const int* point, OmVec3* mean, OmVec3* spread) {
+    OmVec3 zero = om_vec3(0, 0, 0);
+    OmMat3 sum = om_mat3_diag(zero), axes;
+    *mean = zero;
+    for (int k = 0; k < n; ++k) *mean = om_madd(*mean, 1.0 / n, om_load3(x, point[k]));
+    for (int k = 0; k < n; ++k) {
+        OmVec3 d = om_sub(om_load3(x, point[k]), *mean);
+        sum = om_mat3_add(sum, om_mat3_outer(d, d));
+    }
+    om_mat3_eigen_symmetric(sum, spread, &axes);
+    return axes;
+}

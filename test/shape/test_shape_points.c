@@ -83,9 +83,26 @@ static void test_bad_input(void** state) {
     om_point_tree_destroy(NULL);
 }
 
+// A cross in the plane z = 2: one arm along (1, 1, 0), a shorter one across, sums of squares 2 * 2 and 2 * 0.5. Two
+// other points are not taken.
+static void test_axes(void** state) {
+    (void)state;
+    const double x[] = {9, 9, 9, 2, 1, 2, 0, -1, 2, 1.5, -0.5, 2, 0.5, 0.5, 2, -7, 0, 3};
+    const int point[] = {1, 2, 3, 4};
+    OmVec3 mean, spread;
+    const OmMat3 axes = om_points_axes(x, 4, point, &mean, &spread);
+    assert_near(om_distance(mean, om_vec3(1, 0, 2)), 0, 1e-12);
+    assert_near(spread.x, 0, 1e-12);
+    assert_near(spread.y, 1, 1e-12);
+    assert_near(spread.z, 4, 1e-12);
+    assert_near(fabs(axes.cx.z), 1, 1e-12);
+    assert_near(fabs(om_dot(axes.cz, om_vec3(sqrt(0.5), sqrt(0.5), 0))), 1, 1e-12);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_point_is_found),
+        cmocka_unit_test(test_axes),
         cmocka_unit_test(test_bad_input),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
