@@ -53,7 +53,7 @@ OmStatus bench_sense(const BenchOptions* options);           // bench_sense.c
 OmStatus bench_nn(const BenchOptions* options);              // bench_nn.c
 OmStatus bench_umesh(const BenchOptions* options);           // bench_umesh.c
 OmStatus bench_crowd(const BenchOptions* options);           // bench_crowd.c
-OmStatus bench_match_scan(const BenchOptions* options);      // bench_match_scan.c
+OmStatus bench_scan(const BenchOptions* options);            // bench_scan.c
 OmStatus bench_match_register(const BenchOptions* options);  // bench_match_register.c
 OmStatus bench_match_update(const BenchOptions* options);    // bench_match_update.c
 OmStatus bench_match_spectral(const BenchOptions* options);  // bench_match_spectral.c

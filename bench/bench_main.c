@@ -32,7 +32,7 @@ static const struct {
     {"crowd", bench_crowd},
     {"match_spectral", bench_match_spectral},
     {"match_update", bench_match_update},
-    {"match_scan", bench_match_scan},
+    {"scan", bench_scan},
     {"match_register", bench_match_register},
     {"match_live", bench_match_live},
     {"monitor", bench_monitor},

@@ -57,7 +57,7 @@ static OmStatus map_scan(const OmSpectralDef* def, const OmSurface* a,
     return status;
 }
 
-static OmStatus bench_scan(BenchRow* row, const OmSurface* a, const OmSpectralBasis* basis_a) {
+static OmStatus bench_seen(BenchRow* row, const OmSurface* a, const OmSpectralBasis* basis_a) {
     OmStatus status = OM_OK;
     OmScan scan;
     int *map = NULL, *tri = NULL;
@@ -120,7 +120,7 @@ OmStatus bench_match_spectral(const BenchOptions* options) {
     row.hash = om_hash(map, sizeof *map * (size_t)b.nvert, OM_HASH_SEED);
     bench_times(time, row.nrun, &row);
     OM_TRY_DONE(bench_print(&row));
-    OM_TRY_DONE(bench_scan(&row, &a, &basis_a));
+    OM_TRY_DONE(bench_seen(&row, &a, &basis_a));
 done:
     om_surface_done(&a);
     om_surface_done(&b);

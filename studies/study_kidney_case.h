@@ -10,7 +10,7 @@
 #include "omentum/banet_sample.h"
 #include "omentum/banet_update.h"
 #include "omentum/match.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 #include "omentum/world.h"
 #include "studies/study_kidney.h"
 

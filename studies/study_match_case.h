@@ -7,7 +7,7 @@
 #define OMENTUM_STUDY_MATCH_CASE_H
 
 #include "omentum/match.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 #include "omentum/world.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it

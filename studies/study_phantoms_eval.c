@@ -22,7 +22,7 @@
 #include <string.h>
 
 #include "omentum/match_live.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 #include "studies/study_attach_protocol.h"
 #include "studies/study_match_case.h"
 

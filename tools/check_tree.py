@@ -24,6 +24,7 @@ FLOORS = [
     ["tissue", "fem", "pbd", "heuristic", "robot", "nn", "report"],
     ["contact", "sense"],
     ["scene", "world"],
+    ["scan"],
     ["match", "umesh", "calibrate", "plan"],
     ["banet"],
     ["defras", "rl"],

@@ -20,7 +20,7 @@
 
 #include "omentum/banet_update.h"
 #include "omentum/match.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 #include "omentum/scene.h"
 #include "omentum/world.h"
 

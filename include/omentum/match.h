@@ -15,7 +15,7 @@
 #ifndef OMENTUM_MATCH_H
 #define OMENTUM_MATCH_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/scene.h"
 
 #ifdef __cplusplus

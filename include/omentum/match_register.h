@@ -13,7 +13,7 @@
 #ifndef OMENTUM_MATCH_REGISTER_H
 #define OMENTUM_MATCH_REGISTER_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/shape.h"
 
 #ifdef __cplusplus

@@ -16,7 +16,7 @@
 #ifndef OMENTUM_MATCH_SPECTRAL_H
 #define OMENTUM_MATCH_SPECTRAL_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/shape.h"
 #include "omentum/solve_eigen.h"
 

@@ -25,7 +25,7 @@ from .check import check_engine
 from .engine import Engine, EngineStep
 from .law import Law, check_law, smooth_log, smooth_power
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
-from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition, save_acquisition
+from .match import Acquisition, Estimate, Matcher, adopt, load_acquisition, save_acquisition
 from .mesh import Surface, TetMesh
 from .patient import Patient, build_patient
 from .plan import Action, Plan, Planner, Situation
@@ -35,6 +35,7 @@ from .recording import Recorder, Recording
 from .report import Chart, Picture, Report
 from .retract import Listener, Loop, RetractResult, retract
 from .rl import RlStep, RlTask, RlVec, rl_tasks
+from .scan import Scan
 from .scene import Body, Scene, Site
 from .tissue import Embedding, StepReport, Tissue, register_engine
 from .volume import Volume, load_png, save_png

@@ -1,4 +1,4 @@
-"""The twin follows the camera: scans, and the attachments that explain them."""
+"""The twin follows the camera: the attachments that explain scans."""
 from __future__ import annotations
 
 import ctypes
@@ -10,75 +10,10 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of
-from ._lib import Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, path_of, pose, refuse_fork, view
+from ._lib import Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, path_of, pose, refuse_fork
 from .learned import BanetNet
+from .scan import Scan
 from .scene import Body, Scene, Site
-from .world import Observation, World
-
-
-class Scan(Owner):
-    """The part of the tissue's surface that a camera sees. x: m (npoint x 3); normal: unit, towards the camera, zero: not
-    known (npoint x 3); tri: triangles (ntri x 3); pixel: OmScanPixel of each pixel, or None. Views.
-    """
-
-    def __init__(self, x: Any, normal: Any = None, tri: Any = None, camera: c.OmCamera | None = None, noise: float = 0.0) -> None:
-        """camera: of the picture; noise: m, standard deviation of a point along its ray, 0: not known."""
-        x = array_of(x, np.float64, (None, 3), "x")
-        tri = array_of(np.zeros((0, 3)) if tri is None else tri, np.int32, (None, 3), "tri")
-        raw = c.OmScan()
-        lib.om_scan_init(len(x), len(tri), ctypes.byref(raw))
-        self._own(raw)
-        self.x[...] = x
-        if normal is not None:
-            self.normal[...] = array_of(normal, np.float64, x.shape, "normal")
-        self.tri[...] = tri
-        raw.noise = noise
-        if camera is not None:
-            raw.has_camera = True
-            ctypes.memmove(ctypes.byref(raw.camera), ctypes.byref(camera), ctypes.sizeof(c.OmCamera))
-        lib.om_scan_check(ctypes.byref(raw))
-
-    def _own(self, raw: Any) -> None:
-        self._handle = Handle(raw, lambda scan: lib.om_scan_done(ctypes.byref(scan)))
-
-    @classmethod
-    def from_observation(cls, observation: Observation, site: Site, world: World | None = None, **fields: Any) -> Scan:
-        """The tissue in the depth picture of an observation, and its colour where it has one.
-
-        site: the robot's own. world: whose kinematics show the tools; None: no tools are known. fields of OmScanDef.
-        """
-        definition = lib.om_scan_default_def(world._c if world is not None else None, ctypes.byref(site._c))
-        definition.assign(fields)
-        raw, picture = c.OmScan(), c.OmObservation()
-        try:
-            observation._write(picture)
-            lib.om_scan_from_observation(ctypes.byref(definition), ctypes.byref(picture), ctypes.byref(raw))
-        finally:
-            lib.om_observation_done(ctypes.byref(picture))
-        scan = cls.__new__(cls)
-        scan._own(raw)
-        return scan
-
-    @property
-    def x(self) -> np.ndarray:
-        """Points, m (npoint x 3)."""
-        return view(self._handle, self._c.x, np.float64, (self._c.npoint, 3), True)
-
-    @property
-    def normal(self) -> np.ndarray:
-        """Unit normals (npoint x 3)."""
-        return view(self._handle, self._c.normal, np.float64, (self._c.npoint, 3), True)
-
-    @property
-    def tri(self) -> np.ndarray:
-        """Triangles (ntri x 3)."""
-        return view(self._handle, self._c.tri_vert, np.int32, (self._c.ntri, 3), True)
-
-    @property
-    def pixel(self) -> np.ndarray | None:
-        """What each pixel shows (height x width): OmScanPixel."""
-        raw = self._c
-        return view(self._handle, raw.pixel, np.uint8, (raw.camera.height, raw.camera.width)) if raw.pixel else None
 
 
 @dataclass

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "banet/banet_view_internal.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 
 #define FRONT_SHARE 0.8   // of cameras on the side of the grasp's normal
 #define BOARD_RISE 0.25   // sine of the least angle of a camera above the board

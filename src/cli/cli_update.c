@@ -6,7 +6,7 @@
 #include "omentum/banet_update.h"
 #include "omentum/match_acquisition.h"
 #include "omentum/match_report.h"
-#include "omentum/match_scan_file.h"
+#include "omentum/scan_file.h"
 #include "omentum/scene_model.h"
 
 enum { MAX_ACQUISITION = 32 };

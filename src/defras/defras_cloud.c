@@ -1,6 +1,6 @@
 // defras_cloud.c: the grasping points from what the depth camera sees, S_B = discretize(PC_t) of Alg. 4.
 //
-// Before each plan, and before each reach, the depth camera's pixels are classified (match_scan_picture.h): tissue,
+// Before each plan, and before each reach, the depth camera's pixels are classified (scan_picture.h): tissue,
 // tool, anything else. A block's grasping point is then, in this order:
 //
 // 1. agreed: the twin's point, since tissue was measured within OM_CLOUD_AGREE of it, or one and a half pixels;

@@ -4,7 +4,7 @@
 
 #include "omentum/defras_loop.h"
 #include "omentum/match_adopt.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 #include "omentum/world_cloud.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.

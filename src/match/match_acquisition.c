@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "omentum/match_acquisition.h"
-#include "omentum/match_scan_file.h"
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_file.h"
+#include "omentum/scan_picture.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/world_series.h"
 

@@ -2,7 +2,7 @@
 #ifndef OM_MATCH_ICP_H
 #define OM_MATCH_ICP_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/shape_closest.h"
 
 typedef struct OmIcp {

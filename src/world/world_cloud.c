@@ -2,7 +2,7 @@
 //
 // Points in capsules around a tool's shape (robot.h) are left out. The measured joints give the pose of the capsules,
 // and a shift moves their tip to the measured tip: joints are exact, the position of the arm's base is not.
-// Colour is not used here: wet tissue, tool and organ share white highlights. Scans use both (match_scan_picture.c).
+// Colour is not used here: wet tissue, tool and organ share white highlights. Scans use both (scan_picture.c).
 #include <string.h>
 
 #include "omentum/world_cloud.h"

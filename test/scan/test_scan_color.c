@@ -1,5 +1,5 @@
-// test_match_scan_color.c: colours learnt from a click separate the tissue in pictures of other light.
-#include "match/scan_truth.h"
+// test_scan_color.c: colours learnt from a click separate the tissue in pictures of other light.
+#include "scan/scan_truth.h"
 #include "test_alloc.h"
 
 // The same picture with another exposure and white balance.

@@ -1,4 +1,4 @@
-/// omentum/match_scan_file.h: scans from files and into files (room `match`, floor 5).
+/// omentum/scan_file.h: scans from files and into files (floor 5).
 ///
 /// A cloud of a scanner or of another program becomes a scan: it comes into the world frame, normals that the file does
 /// not have are estimated, and all normals point to the camera, if its place is known.
@@ -9,10 +9,10 @@
 ///     om_scan_load("view.ply", &def, &scan, NULL);
 ///     om_scan_check_model(&scan, &model, 0.05, NULL);     // another unit? another place?
 ///     ... om_scan_done(&scan);
-#ifndef OMENTUM_MATCH_SCAN_FILE_H
-#define OMENTUM_MATCH_SCAN_FILE_H
+#ifndef OMENTUM_SCAN_FILE_H
+#define OMENTUM_SCAN_FILE_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/shape_cloud.h"
 
 #ifdef __cplusplus

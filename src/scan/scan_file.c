@@ -1,9 +1,9 @@
-// match_scan_file.c: scans from files and into files, and whether a scan can show a model.
+// scan_file.c: scans from files and into files, and whether a scan can show a model.
 #include <string.h>
 
-#include "match/match_scan_internal.h"
-#include "omentum/match_scan_file.h"
+#include "omentum/scan_file.h"
 #include "omentum/shape_meshing.h"
+#include "scan/scan_internal.h"
 
 #define COOKIE 0x5ca9f11eu
 #define MIN_POINTS 20   // of a scan

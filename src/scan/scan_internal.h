@@ -1,8 +1,8 @@
-// match_scan_internal.h: a picture on its way to a scan.
-#ifndef OMENTUM_MATCH_SCAN_INTERNAL_H
-#define OMENTUM_MATCH_SCAN_INTERNAL_H
+// scan_internal.h: a picture on its way to a scan.
+#ifndef OMENTUM_SCAN_INTERNAL_H
+#define OMENTUM_SCAN_INTERNAL_H
 
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 
 typedef struct ScanPicture {
     int width, height, npixel;

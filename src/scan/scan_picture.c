@@ -1,4 +1,4 @@
-// match_scan_picture.c: which pixels of a picture show the tissue.
+// scan_picture.c: which pixels of a picture show the tissue.
 //
 // Colour first: a colour in the range of the tissue is tissue, unless its point is out of reach or inside a tool; a
 // grey pixel near a tool's capsules is tool; other colours are other things. The remaining grey pixels are highlights
@@ -6,7 +6,7 @@
 // decides (world_cloud.h). Then pixels between two surfaces (depth cameras interpolate) and small pieces are left out.
 #include <string.h>
 
-#include "match/match_scan_internal.h"
+#include "scan/scan_internal.h"
 
 #define COOKIE 0x5ca9def0u
 #define MIN_NEIGHBOURS 3  // of eight at the same depth: fewer are of a pixel between two surfaces

@@ -1,6 +1,6 @@
-// fuzz_match_cloud_csv.c: scans from tables of points: estimated normals, thinning, and the check against a model.
+// fuzz_scan_csv.c: scans from tables of points: estimated normals, thinning, and the check against a model.
 #include "fuzz_common.h"
-#include "omentum/match_scan_file.h"
+#include "omentum/scan_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     OmScanFileDef def = om_scan_file_default_def();

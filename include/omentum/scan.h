@@ -1,4 +1,4 @@
-/// omentum/match_scan.h: a scan, the part of the tissue's surface that a camera sees (floor 5; thesis 4.2).
+/// omentum/scan.h: a scan, the part of the tissue's surface that a camera sees (floor 5; thesis 4.2).
 ///
 /// The thesis calls it the intra-operative surface (IOS): points with normals, and triangles between neighbouring
 /// pixels. A scan comes from pictures of a world, from a file, or from a stereo pair. Every method of this room takes
@@ -9,8 +9,8 @@
 ///     ... write scan.x, scan.normal, scan.tri_vert ...
 ///     om_scan_check(&scan);
 ///     om_scan_done(&scan);
-#ifndef OMENTUM_MATCH_SCAN_H
-#define OMENTUM_MATCH_SCAN_H
+#ifndef OMENTUM_SCAN_H
+#define OMENTUM_SCAN_H
 
 #include "omentum/base.h"
 #include "omentum/sense.h"

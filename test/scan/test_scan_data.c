@@ -1,7 +1,7 @@
-// test_match_scan.c: a scan as data.
+// test_scan_data.c: a scan as data.
 #include "test_common.h"
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "test_alloc.h"
 
 static void set_triangle(OmScan* scan) {

@@ -1,4 +1,4 @@
-// bench_match_scan.c: from the depth and colour pictures of the sheet to a scan, 320 x 240 pixels. The goal is the
+// bench_scan.c: from the depth and colour pictures of the sheet to a scan, 320 x 240 pixels. The goal is the
 // pre-processing of the thesis (4.6), which has registration, too.
 #include "bench.h"
 
@@ -19,13 +19,13 @@ static OmStatus time_scans(const OmScanDef* def, const OmObservation* obs, Bench
     return bench_print(row);
 }
 
-OmStatus bench_match_scan(const BenchOptions* options) {
+OmStatus bench_scan(const BenchOptions* options) {
     OmStatus status = OM_OK;
     OmScene scene = om_scene_default();
     OmSite site = {0};
     OmWorld* world = NULL;
     OmObservation obs = {0};
-    BenchRow row = {.bench = "match_scan", .scene = "sheet", .nworker = 1, .steps = 1};
+    BenchRow row = {.bench = "scan", .scene = "sheet", .nworker = 1, .steps = 1};
     row.nrun = options->nrun < 1 ? 1 : options->nrun > MAX_RUN ? MAX_RUN : options->nrun;
     scene.seed = 2;
     OM_TRY_DONE(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));

@@ -1,4 +1,4 @@
-// match_scan_decimate.c: from pixels on the tissue to points one spacing apart, with normals and triangles.
+// scan_decimate.c: from pixels on the tissue to points one spacing apart, with normals and triangles.
 //
 // Pixels in reading order: a pixel that no point covers becomes one, and covers the pixels around it that are linked to
 // it and nearer than a radius. Every pixel belongs to the nearest of the points that cover it: the cells of a Voronoi
@@ -19,7 +19,7 @@
 // voxels (two layers of a fold in one voxel become one point, and pairs of points appear where a plane crosses).
 #include <string.h>
 
-#include "match/match_scan_internal.h"
+#include "scan/scan_internal.h"
 
 // By how many standard deviations of a depth two points may differ along the ray for nothing: three and one standard
 // deviations of a difference. Points covered with more slack are too far apart where the surface is oblique.

@@ -1,6 +1,6 @@
-// test_match_scan_picture.c: a scan against the true surface of a simulated world, which the test knows and the scan
+// test_scan_picture.c: a scan against the true surface of a simulated world, which the test knows and the scan
 // does not.
-#include "match/scan_truth.h"
+#include "scan/scan_truth.h"
 #include "test_alloc.h"
 
 #include "omentum/shape_file.h"

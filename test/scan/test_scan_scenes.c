@@ -1,5 +1,5 @@
-// test_match_scan_scenes.c: scans of the scenes that come with omentum, at rest, and folded with the tool in view.
-#include "match/scan_truth.h"
+// test_scan_scenes.c: scans of the scenes that come with omentum, at rest, and folded with the tool in view.
+#include "scan/scan_truth.h"
 
 static void check_scene(const char* path, int seed, OmVec3 from, OmVec3 to, const char* name) {
     Field f;

@@ -5,7 +5,7 @@
 #include "world/test_field.h"
 #include "world/world_view.h"
 
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 
 #include <time.h>
 

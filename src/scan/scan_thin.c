@@ -1,12 +1,12 @@
-// match_scan_thin.c: fewer points of a cloud, by their distance in space.
+// scan_thin.c: fewer points of a cloud, by their distance in space.
 //
 // In the order of the file: a point is kept if no kept point is nearer than a radius; a hash table of cells finds such
 // points. A kept point becomes the mean of the points within a third of the spacing, as in pictures
-// (match_scan_decimate.c). A triangle whose corners are nearest to three kept points becomes a triangle of these.
+// (scan_decimate.c). A triangle whose corners are nearest to three kept points becomes a triangle of these.
 #include <string.h>
 
-#include "match/match_scan_internal.h"
 #include "omentum/shape_points.h"
+#include "scan/scan_internal.h"
 
 OmStatus om__edges_init(ScanEdges* e, int npoint, int ntri) {
     OmStatus status = OM_OK;

@@ -1,4 +1,4 @@
-// match_scan_normal.c: normals of points without a picture: planes through neighbours, then their directions.
+// scan_normal.c: normals of points without a picture: planes through neighbours, then their directions.
 //
 // Without a camera the directions are made to agree along a minimum spanning tree of the graph of neighbours, whose
 // edges cost 1 - |n_i . n_j|: where the surface is smooth first (Hoppe et al., Surface reconstruction from unorganized
@@ -6,8 +6,8 @@
 // stay.
 #include <string.h>
 
-#include "match/match_scan_internal.h"
 #include "omentum/shape_points.h"
+#include "scan/scan_internal.h"
 
 #define NEIGHBOUR 16
 #define MIN_FIT 6        // points of a plane

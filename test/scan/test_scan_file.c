@@ -1,10 +1,10 @@
-// test_match_scan_file.c: scans from files: normals, thinning, poses, and a check against the model.
+// test_scan_file.c: scans from files: normals, thinning, poses, and a check against the model.
 #include "test_alloc.h"
 #include "test_files.h"
 
-#include "match/match_scan_internal.h"
+#include "scan/scan_internal.h"
 
-#include "omentum/match_scan_file.h"
+#include "omentum/scan_file.h"
 
 enum { NSIDE = 61 };
 

@@ -1,4 +1,4 @@
-// match_scan_color.c: bounds of a tissue's colours, learnt from pixels that show it.
+// scan_color.c: bounds of a tissue's colours, learnt from pixels that show it.
 //
 // Hues are angles: they are measured from their mean direction, weighted by saturation. Quantiles do not see the few
 // pixels of another thing at the edge of the region. A pixel whose largest channel is at its limit has another hue than
@@ -9,7 +9,7 @@
 // Reference: N. Otsu, A threshold selection method from gray-level histograms, IEEE Trans. SMC 9 (1979) 62-66.
 #include <string.h>
 
-#include "omentum/match_scan_picture.h"
+#include "omentum/scan_picture.h"
 
 #define MIN_PIXELS 50
 #define MAX_LOST (1.0 / 3)  // share of grey pixels, and of bright ones

@@ -1,8 +1,8 @@
-// match_scan.c: a scan as data: memory and checks.
+// scan_data.c: a scan as data: memory and checks.
 #include <math.h>
 #include <string.h>
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 
 #define NORMAL_TOLERANCE 1e-3  // of the length of a normal: files store float
 

@@ -1,4 +1,4 @@
-/// omentum/match_scan_picture.h: a scan from the pictures of a depth camera (room `match`, floor 5; thesis 4.2).
+/// omentum/scan_picture.h: a scan from the pictures of a depth camera (floor 5; thesis 4.2).
 ///
 /// Every pixel is classified by colour and by space: tissue, tool, or anything else. Neighbouring pixels of tissue are
 /// connected where the surface is continuous. Points about one spacing apart are then chosen on this surface, so that
@@ -10,10 +10,10 @@
 ///     OmScan scan;
 ///     om_scan_from_observation(&def, &obs, &scan);
 ///     ... om_scan_done(&scan);
-#ifndef OMENTUM_MATCH_SCAN_PICTURE_H
-#define OMENTUM_MATCH_SCAN_PICTURE_H
+#ifndef OMENTUM_SCAN_PICTURE_H
+#define OMENTUM_SCAN_PICTURE_H
 
-#include "omentum/match_scan.h"
+#include "omentum/scan.h"
 #include "omentum/world_cloud.h"
 
 #ifdef __cplusplus
