@@ -41,6 +41,7 @@ check-all: setup python ## check, and the slow tests, thread sanitizer, benchmar
 	@tools/check.sh --all
 
 slow: build python ## the tests that take minutes
+	@cmake --build $(RELEASE) --target tests
 	@tools/python_env.sh python/requirements_slow.txt
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
 
@@ -48,10 +49,11 @@ mutants: setup ## change one line of src/ or studies/ at a time: does a test not
 	@tools/mutants.py
 
 tsan: setup ## the quick tests under the thread sanitizer
-	@cmake --preset tsan -G Ninja > /dev/null && cmake --build build/tsan
+	@cmake --preset tsan -G Ninja > /dev/null && cmake --build build/tsan --target tests
 	@ctest --test-dir build/tsan -LE "slow|cli|sample" --output-on-failure
 
 bench: build python ## timings, one JSON object a line
+	@cmake --build $(RELEASE) --target omentum_bench
 	@OMP_WAIT_POLICY=active $(RELEASE)/bin/omentum_bench
 	@tools/python_run.sh python/bench.py
 

@@ -1,13 +1,26 @@
-// fuzz_replay.c: a fuzz target without a fuzzer: every file of the corpus folders given, each of them cut
-// short at many places, and each with bytes changed at random (counter-based, so every run is the same).
+// fuzz_replay.c: the fuzz targets without a fuzzer. `replay fuzz_image_png FOLDER...` gives one target every file of
+// the corpus folders, each of them cut short at many places, and each with bytes changed at random (counter-based,
+// so every run is the same).
 #include <dirent.h>
 #include <sys/stat.h>
 
 #include "fuzz_common.h"
 
+#define TARGET(name) int name(const uint8_t* data, size_t size);
+#include OM_TARGET_LIST
+#undef TARGET
+
+static const struct ReplayTarget {
+    const char* name;
+    int (*run)(const uint8_t* data, size_t size);
+} targets[] = {
+#define TARGET(name) {#name, name},
+#include OM_TARGET_LIST
+};
+
 enum { NCUT = 40, NDAMAGE = 100, MAX_FILE = 1 << 20 };
 
-static int replay_file(const char* path, uint64_t index) {
+static int replay_file(const struct ReplayTarget* target, const char* path, uint64_t index) {
     static uint8_t data[MAX_FILE];
     FILE* file = fopen(path, "rb");
     if (!file) return 1;
@@ -18,14 +31,14 @@ static int replay_file(const char* path, uint64_t index) {
     uint8_t* copy = malloc(size ? size : 1);
     if (!copy) return 1;
     memcpy(copy, data, size);
-    LLVMFuzzerTestOneInput(copy, size);
+    target->run(copy, size);
     free(copy);
     for (int i = 0; i < NCUT && size; ++i) {
         size_t cut = size * (size_t)i / NCUT;
         copy = malloc(cut ? cut : 1);
         if (!copy) return 1;
         memcpy(copy, data, cut);
-        LLVMFuzzerTestOneInput(copy, cut);
+        target->run(copy, cut);
         free(copy);
     }
     for (int i = 0; i < NDAMAGE && size; ++i) {
@@ -35,7 +48,7 @@ static int replay_file(const char* path, uint64_t index) {
         memcpy(copy, data, size);
         for (uint32_t k = 0; k <= om_rng_below(&rng, 4); ++k)
             copy[om_rng_below(&rng, (uint32_t)size)] = (uint8_t)om_rng_u32(&rng);
-        LLVMFuzzerTestOneInput(copy, size);
+        target->run(copy, size);
         free(copy);
     }
     return 0;
@@ -45,9 +58,22 @@ static int compare_names(const struct dirent** a, const struct dirent** b) {
     return strcmp((*a)->d_name, (*b)->d_name);
 }
 
+static const struct ReplayTarget* find_target(const char* name) {
+    for (size_t i = 0; i < sizeof targets / sizeof targets[0]; ++i)
+        if (strcmp(targets[i].name, name) == 0) return &targets[i];
+    return NULL;
+}
+
 int main(int argc, char** argv) {
+    const struct ReplayTarget* target = argc > 2 ? find_target(argv[1]) : NULL;
+    if (!target) {
+        fprintf(stderr, "usage: %s TARGET FOLDER...; the targets are\n", argv[0]);
+        for (size_t i = 0; i < sizeof targets / sizeof targets[0]; ++i)
+            fprintf(stderr, "    %s\n", targets[i].name);
+        return 2;
+    }
     int nfile = 0;
-    for (int i = 1; i < argc; ++i) {
+    for (int i = 2; i < argc; ++i) {
         struct dirent** entry = NULL;
         int n = scandir(argv[i], &entry, NULL, compare_names);
         for (int k = 0; k < n; ++k) {
@@ -56,7 +82,7 @@ int main(int argc, char** argv) {
             snprintf(path, sizeof path, "%s/%s", argv[i], entry[k]->d_name);
             free(entry[k]);
             if (stat(path, &st) != 0 || !S_ISREG(st.st_mode)) continue;
-            if (replay_file(path, (uint64_t)nfile) != 0) {
+            if (replay_file(target, path, (uint64_t)nfile) != 0) {
                 fprintf(stderr, "%s cannot be read\n", path);
                 return 1;
             }

@@ -27,12 +27,13 @@ stage() {
 
 check_format() { tools/list_c.sh | xargs -0 clang-format --dry-run -Werror; }
 
-# build PRESET: configure, then build; quiet unless something is wrong.
+# build PRESET [TARGET...]: configure, then build; quiet unless something is wrong.
 build() {
-    local log=build/$1.log
+    local log=build/$1.log preset=$1
+    shift
     mkdir -p build
-    cmake --preset "$1" -G Ninja > "$log" 2>&1 &&
-        cmake --build "build/$1" >> "$log" 2>&1 || { tail -n 80 "$log"; return 1; }
+    cmake --preset "$preset" -G Ninja > "$log" 2>&1 &&
+        cmake --build "build/$preset" ${1:+--target "$@"} >> "$log" 2>&1 || { tail -n 80 "$log"; return 1; }
     if grep -q 'warning:' "$log"; then
         grep -A 4 'warning:' "$log" | head -n 40
         return 1
@@ -67,8 +68,8 @@ skip() {
 
 stage "format" check_format
 stage "layers, sizes, names" python3 tools/check_tree.py
-stage "build release" build release && tests release release -LE slow
-stage "build with sanitizers" build dev && tests dev dev -LE slow
+stage "build release" build release all tests && tests release release -LE slow
+stage "build with sanitizers" build dev all tests && tests dev dev -LE slow
 # The second compiler is not in packages.txt (it is large): used where it is there.
 if command -v clang > /dev/null; then
     stage "build with clang" build clang
@@ -81,15 +82,16 @@ has_mpi || skip "two ranks over MPI" "Open MPI is not installed"
 
 # One benchmark after the other, each row once: they run to their end.
 check_bench() {
-    build/release/bin/omentum_bench --quick --runs 1 > build/bench.log 2>&1 && tools/python_run.sh python/bench.py 20 >> build/bench.log 2>&1 ||
+    cmake --build build/release --target omentum_bench > build/bench.log 2>&1 &&
+        build/release/bin/omentum_bench --quick --runs 1 >> build/bench.log 2>&1 && tools/python_run.sh python/bench.py 20 >> build/bench.log 2>&1 ||
         { tail -n 20 build/bench.log; return 1; }
 }
 if [ "${1:-}" = --all ]; then
     tests slow release -L slow
-    stage "build with the thread sanitizer" build tsan && tests tsan tsan -LE "slow|cli|sample"
+    stage "build with the thread sanitizer" build tsan tests && tests tsan tsan -LE "slow|cli|sample"
     stage "every benchmark" check_bench
     if has_mpi; then
-        stage "build with MPI" build mpi && tests mpi mpi -R '^test_nn|^test_umesh_net'
+        stage "build with MPI" build mpi tests && tests mpi mpi -R '^test_nn|^test_umesh_net'
     else
         skip "build with MPI" "Open MPI is not installed"
     fi

@@ -138,10 +138,10 @@ static void known_attachments_give_no_alarm(void** state) {
     if (!strcmp(belief, "same")) assert_int_equal(nalarm, 0);
 }
 
-int main(int argc, char** argv) {
+int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(known_attachments_give_no_alarm)};
-    if (argc > 1) first_seed = (int)strtol(argv[1], NULL, 10);
-    if (argc > 2) count = (int)strtol(argv[2], NULL, 10);
-    if (argc > 3) belief = argv[3];
+    if (test_argc > 3) first_seed = (int)strtol(test_argv[2], NULL, 10);
+    if (test_argc > 3) count = (int)strtol(test_argv[3], NULL, 10);
+    if (test_argc > 4) belief = test_argv[4];
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -648,9 +648,10 @@ static void test_no_memory(void** state) {
     om_net_destroy(net);
 }
 
-int main(int argc, char** argv) {
-    if (argc == 4) return train_until_killed(argv[1], atoi(argv[2]), atof(argv[3]));
-    snprintf(self, sizeof self, "%s", argv[0]);
+int main(void) {
+    if (test_argc == 5)
+        return train_until_killed(test_argv[2], atoi(test_argv[3]), atof(test_argv[4]));
+    snprintf(self, sizeof self, "%s %s", test_argv[0], test_argv[1]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_it_learns),
         cmocka_unit_test(test_cell_weights),
