@@ -60,7 +60,8 @@ bench: build python ## timings, one JSON object a line
 keys: build ## doc/scene_keys.md from the tables of the scene reader
 	@build/release/bin/omentum retract --keys > doc/scene_keys.md
 
-figures: ## figures of the documents whose code has changed since they were measured
+figures: ## copy README's figures from doc/figures.md; list the figures whose code has changed since they were measured
+	@python3 tools/readme_figures.py
 	@python3 tools/check_figures.py
 
 doc: ## the API reference from the headers, in build/doc/html (needs doxygen)

@@ -7,7 +7,7 @@ A figure names the commit it was measured at, the command, and the code it depen
 
     <!-- measured: 1dcd819 by: omentum_bench fem code: src/fem src/solve -->
 
-The marker covers everything after it, up to the next marker or heading. At the end of a table row it covers that row
+A marker may be broken into several lines. It covers everything after it, up to the next marker or heading. At the end of a table row it covers that row
 alone. `by:` has the whole command; `code:` has files or folders of the checkout, separated by spaces. Where the command
 was run again at a later commit, and computed the same bytes (the hash of a benchmark), this is said by
 
@@ -17,6 +17,8 @@ and changes count from there: times were measured at the first commit, results h
 numbers are settings, limits or references, not measurements, is covered by
 
     <!-- not measured -->
+
+and a block that tools/readme_figures.py copies from doc/figures.md, where the markers are, by <!-- figures: ... -->.
 
 The list has, for each marker, the commits that changed its code since; --all also lists figures whose code did not
 change. Then follow the blocks with figures but without a marker. A block is a paragraph, an item of a list or a row of a
@@ -32,9 +34,9 @@ import re
 import subprocess
 import sys
 
-COMMENT = re.compile(r"<!--\s*(.*?)\s*-->")
+COMMENT = re.compile(r"<!--\s*(.*?)\s*-->", re.S)
 MARKER = re.compile(r"measured: ([0-9a-f]{7,40})(?: same: ([0-9a-f]{7,40}))? by: (\S.*?) code: (\S.*)")
-NOT_MEASURED = "not measured"
+NOT_MEASURED, COPIED = "not measured", "figures:"
 SECTION = re.compile(r"measured|tested|checked|speed|how good|what it costs|what is measured", re.I)
 BEGIN = re.compile(r"(\*\*)?(Measured|Speed|How good)\b")
 ITEM = re.compile(r"([-*]|\d+\.) ")
@@ -72,7 +74,8 @@ class Figures:
 
     def parse_marker(self, path, line, comment):
         """A Marker, NOT_MEASURED, or None for a comment of another kind or a malformed one."""
-        if comment == NOT_MEASURED:
+        comment = re.sub(r"\s*\n\s*", " ", comment)
+        if comment == NOT_MEASURED or comment.startswith(COPIED):
             return NOT_MEASURED
         if not re.match(r"(not )?measured", comment):
             return None
@@ -87,6 +90,21 @@ class Figures:
                 self.error(path, line, f"code: {code} does not exist")
         return marker
 
+    @staticmethod
+    def lines(text):
+        """Yield (number, line); a comment that begins a line and is broken into several is one line."""
+        broken, start = [], 0
+        for number, line in enumerate(text.split("\n"), 1):
+            if broken or line.startswith("<!--") and "-->" not in line:
+                start = start if broken else number
+                broken.append(line)
+                if "-->" in line:
+                    yield start, "\n".join(broken)
+                    broken = []
+            else:
+                yield number, line
+        yield from enumerate(broken, start)
+
     def read(self, path):
         marker, is_about, is_code, paragraph, start = None, False, False, [], 0
 
@@ -95,7 +113,7 @@ class Figures:
                 self.add(Block(path, start, "\n".join(paragraph), marker, is_about))
                 paragraph.clear()
 
-        for number, line in enumerate((self.root / path).read_text(encoding="utf-8").split("\n"), 1):
+        for number, line in self.lines((self.root / path).read_text(encoding="utf-8")):
             if line.startswith("```"):
                 end_paragraph()
                 is_code = not is_code

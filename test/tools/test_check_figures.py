@@ -76,6 +76,21 @@ class History(Folder):
                                               "marker; 0 errors"))
             self.assertIn("no change since", self.check(document, is_all=True)[1])
 
+    def test_marker_of_several_lines(self):
+        marker = self.marker(self.first).replace(" by:", "\n     by:").replace(" code:", "\n     code:")
+        errors, text = self.check(f"# Measured\n\n{marker}\n\nA step takes 3 ms.\n")
+        self.assertEqual(errors, [])
+        self.assertIn(f"measured at {self.first} by: bench fem --runs 3\n", text)
+        self.assertIn("1 markers, the code of 1 has changed; 0 blocks", text)
+        errors, _ = self.check(f"\n{marker.replace('code:', 'kode:')}\n\nA step takes 3 ms.\n")
+        self.assertEqual(len(errors), 1)
+        self.assertIn("doc.md:2: ", errors[0])
+
+    def test_copied_block(self):
+        block = "<!-- figures: copied -->\n| a step | 3 ms |\n"
+        self.assertIn("0 blocks with figures but no marker", self.check(f"# Measured\n\n{block}")[1])
+        self.assertIn("1 blocks with figures but no marker", self.check(f"# Measured\n\n{block.split(chr(10), 1)[1]}")[1])
+
     def test_same_bytes_at_a_later_commit(self):
         document = f"<!-- measured: {self.first} same: {self.second} by: bench code: src/fem -->\n\n3 ms\n"
         errors, text = self.check(document, is_all=True)
