@@ -8,7 +8,8 @@ inside a floor listed below. The studies are no room of the library: they includ
 and the program alone includes theirs. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
 Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
-splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES).
+splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES). The head of a .c
+file is short, comments name no case of a study, and lines of pages are below 200 characters.
 Ballast: no file of the repository is above 1 MB outside weights/, and none lies in a cache folder.
 """
 import collections
@@ -57,6 +58,11 @@ immintrin.h arm_neon.h""".split())
 
 MAX_FUNCTION, LONG_FUNCTION, MAX_C_FILE, MAX_PUBLIC_HEADER, MAX_SAMPLE = 150, 100, 1000, 600, 150
 MAX_COLUMN = 120  # the formatter holds code to 100; this catches comments it does not wrap
+MAX_HEAD = 25  # lines of the comment at the top of a .c file; measurements and trials stand in doc/notes
+LONG_HEADS = {"study_learning.c", "study_retraction_protocol.c"}  # to be shortened
+# A case of a study in a comment: what was chosen on one case is a matter of doc/notes.
+CASE = re.compile(r"\b(pairs?|layouts?|alarms?|scenario) \d{2,}\b", re.I)
+MAX_TEXT = 199  # characters of a line of Markdown
 # The first line of a declaration or assignment that the formatter broke.
 SPLIT = re.compile(r"\s*(((static|const|unsigned|struct|enum|typedef|_Atomic)\s+)*[A-Za-z_]\w*\s*\**(\s*\w+,)?|.*[^=!<>]=)")
 PHRASES = re.compile(r"\b(asked for|in its own time|by way of|goes on|go on with|gone on with|what holds|whoever|nobody|"
@@ -132,6 +138,11 @@ class Tree:
         self.files = sorted(p for f in folders for p in (self.root / f).rglob("*.[ch]"))
         self.text = {p: p.read_text(encoding="utf-8") for p in self.files}
         self.stripped = {p: strip_comments(t) for p, t in self.text.items()}
+
+    def pages(self):
+        """Every page of Markdown but what a build or a tool wrote."""
+        folders = (".", "doc", "doc/notes", "samples", "weights", "python", "studies", "test/mutants")
+        return [p for f in folders for p in sorted((self.root / f).glob("*.md")) if p.name not in ("results.md", "scene_keys.md")]
 
     def error(self, path, line, why):
         where = f"{path.relative_to(self.root)}:{line}" if line else f"{path.relative_to(self.root)}"
@@ -263,6 +274,31 @@ class Tree:
                 elif length > LONG_FUNCTION:
                     self.warnings.append(f"{where}: {name} has {length} lines; over {LONG_FUNCTION} needs a reason")
 
+    def check_heads(self):
+        """The head of a .c file is no diary: method, layout, reference, rejected ideas."""
+        for path in self.files:
+            lines = self.text[path].split("\n")
+            head = next((n for n, line in enumerate(lines) if not line.startswith("//")), 0)
+            if path.suffix == ".c" and head > MAX_HEAD and path.name not in LONG_HEADS:
+                self.error(path, 1, f"the head has {head} lines, the limit is {MAX_HEAD}: measurements belong to doc/notes")
+
+    def check_cases(self):
+        """No comment of the library or the studies names a single case."""
+        for path in self.files:
+            if path.relative_to(self.root).parts[0] not in ("include", "src", "studies") or path.name in LONG_HEADS:
+                continue
+            for number, line in enumerate(self.text[path].split("\n"), 1):
+                found = CASE.search(line[line.find("//"):]) if "//" in line else None
+                if found:
+                    self.error(path, number, f'"{found.group(0)}": a comment knows no case; doc/notes may')
+
+    def check_text(self):
+        """Lines of pages are short enough to be read in an editor and compared in a diff."""
+        for path in self.pages():
+            for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
+                if len(line) > MAX_TEXT:
+                    self.error(path, number, f"{len(line)} characters, the limit is {MAX_TEXT}")
+
     def check_names(self):
         by_name = collections.defaultdict(list)
         for path in self.files:
@@ -351,6 +387,9 @@ class Tree:
         self.check_ballast()
         self.check_splits()
         self.check_words()
+        self.check_heads()
+        self.check_cases()
+        self.check_text()
         self.check_links()
         self.check_layers()
         self.check_room_order()

@@ -6,14 +6,8 @@
 // place decides how poolings cut it. Of a body that is larger than the grid a random part is used: 94 % of the bodies
 // fit into 48 x 32 x 16 cells, which take two thirds of the time of 48 x 48 x 16.
 //
-// Tried, as mean of 1 - DSC over validation samples at probability 0.5 (the threshold is chosen later):
-//   1,305 samples of an earlier generator, batches of 32, peak rate 2e-3: 0.452 after 12 epochs, then the loss grew.
-//   Batches of 8, peak rate 7e-4, from there: 0.403 after 24 epochs. DSC 0.65 of training samples, 0.63 of others.
-//   Group norm (8 groups), batches of 8, peak rate 2e-3, from random weights: 0.462 after 8 epochs at the loss where
-//   the
-//   plain network has 0.445. It may use the share of the grid that a body fills.
-//   1,000 samples of the present generator, from the weights of the second line: 0.492 at the start, 0.404 after 41
-//   epochs. DSC 0.70 of training samples, 0.62 of others.
+// Rejected (doc/notes/banet.md): group norm (1 - DSC 0.462 where the plain network has 0.445: it may use the share of
+// the grid that a body fills); batches of 32 (0.452, batches of 8 0.403).
 #include <limits.h>
 #include <string.h>
 

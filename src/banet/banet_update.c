@@ -1,29 +1,16 @@
 // banet_update.c: attachments by network and physics.
 //
 // 1. For each acquisition: the twin at that time, its correspondence with the scan, the displacement of its surface.
-//    With is_corrected the twin is first given the attachments of physics alone. On a phantom (study_phantoms.h, an
-//    ellipse for development) a twin without attachments slides along with the tool by 3 mm, and the correspondence
-//    with it: the displacement is 1.4 to 3.0 mm off (median, lifts of 10 to 60 mm), through the corrected twin 0.4 to
-//    1.6 mm, and 0.2 in place of 3.6 mm where the tissue is held.
+//    With is_corrected the twin is first given the attachments of physics alone: a twin without attachments slides
+//    along with the tool, and the correspondence with it.
 // 2. The network's probability of each vertex of the surface.
-// 3. All views fused. What a view shows of a vertex falls with the distance to the nearest seen vertex.
+// 3. All views fused. The weight of a view at a vertex falls with the distance to the nearest seen vertex.
 // 4. om_match_update_with: evidence of the scans, the fused probability as advice, and its sets to try.
 //
-// Tried on the first five layouts of set 3 (study attachments) with early networks, whose fused views have a mean DSC
-// of 0.2 to 0.5; physics alone has medians of 0.58 from one view and 0.73 from three:
-//   side of the grid, weight 0.5: 0.15 m 0.55 and 0.66, 0.2 m 0.56 and 0.69, 0.3 m 0.55 and 0.60. The network alone has
-//   mean DSC 0.23, 0.39, 0.34 of one view.
-//   log-odds added to the evidence of the scans instead of mixed with the prior, less those of the base rate or of
-//   their mean: 0.47 to 0.52 and 0.58 to 0.61. Errors of the network are smooth, so they add up over a patch.
-//   weights of validation DSC 0.63 on four layouts, grid of 0.2 m, mean DSC of one view and of three: weight 0.25 0.53
-//   and 0.67, 0.5 0.53 and 0.66, 0.8 0.49 and 0.61. With is_corrected and weight 0.5: 0.51 and 0.68; the network alone
-//   0.45 and 0.58 in place of 0.40 and 0.46.
-// Weights of the present generator (validation DSC 0.62), with is_corrected. Ellipse and square with a notch of the
-// phantoms study, two grasps each, medians of DSC, TPR and AVE of 18 steps, and DSC and TPR of all grasps:
-//   weight 0.25: 0.52, 69 %, 0.46 mm; 0.52, 62 %         weight 0.6: 0.53, 79 %, 0.40 mm; 0.57, 72 %
-//   weight 1: 0.50, 89 %, 0.37 mm; 0.60, 80 %            physics alone: 0.53, 58 %, 0.58 mm; 0.47, 54 %
-// Twelve layouts of set 3, medians of one view and of three: weight 0.25 0.67 and 93 %, 0.71 and 89 %; 0.7 0.67 and
-// 92 %, 0.72 and 90 %.
+// Rejected (doc/notes/banet.md):
+// - log-odds of the network added to the evidence of the scans instead of mixed with the prior: mean DSC 0.47 to 0.52
+//   instead of 0.55, because errors of the network are smooth and add up over a patch;
+// - a grid of 0.3 m: 0.60 from three views instead of 0.66 with 0.15 m.
 #include "omentum/banet_update.h"
 
 #include <string.h>

@@ -1,32 +1,25 @@
 // contact_penalty.c: stiff one-sided springs at contact points (thesis 3.7), implicit; with a prescribed area
 // (contact_prescribed.c) also the prescribed method.
 //
-// An active point gets the force k (goal - gap) n at the end of the step. k is a hundred times the resistance against
-// moving the point alone, so tissue penetrates by hundredths of a millimetre. The step minimises
+// An active point gets the force k (goal - gap) n at the end of the step, where k is a hundred times the resistance
+// against moving the point alone. The step minimises
 //
 //     Phi(dv) = 1/2 dv . A dv - b . dv + sum 1/2 k min(0, gap - goal)^2
 //
-// by a semismooth Newton iteration on the active set: solve with the springs of active points, release points that
-// are pulled, activate points that penetrate, solve again. From the third solve on a line search limits the step of
-// dv: Phi is a parabola on every piece of the step, and its slope costs one product with A. Without the line search
-// the iteration cycled between points of one facet under a curved probe. Only the first solve of a step makes coarse
-// matrices; later solves change a few diagonal blocks.
+// by a semismooth Newton iteration on the active set: solve, release points that are pulled, activate points that
+// penetrate, solve again. From the third solve on a line search limits the step: Phi is a parabola on every piece of
+// it, and its slope costs one product with A. Only the first solve of a step makes coarse matrices.
 //
-// A plane that differs from the probe at the solution, by gap or angle, is linearised again (contact_point.c). Where
-// the tissue is soft compared with the normal force over the probe's radius (an edge), points move along the probe
-// from solve to solve. From the fifth solve on a spring to the last position damps that: its stiffness is the normal
-// force times the plane's change of angle over the displacement. A point has converged when the force of this spring
-// tilts the contact force by no more than the angle allowed for a plane.
+// A plane that differs from the probe at the solution, by gap or angle, is linearised again (contact_point.c). From the
+// fifth solve on a spring to the last position damps points that move along an edge of the probe; a point has converged
+// when this spring tilts the contact force by no more than the angle allowed for a plane. Vertices against the
+// obstacles of an OmContact (contact_vertex.c) and several probes share one system, one line search and one test of
+// convergence.
 //
-// Vertices against the obstacles of an OmContact (contact_vertex.c) and several probes take part in one iteration:
-// their forces enter one system, one line search includes all their springs, and a step has settled when none of them
-// changes.
-//
-// Friction is Coulomb's with the normal force of the last solve, viscous below 1 mm/s, against the motion of the
-// probe. Solves after the first use its tangent (Newton's method), and the line search its potential, both with that
-// normal force. A viscous force with the coefficient of the last solve took 45 solves a step under a sphere and 226
-// at a box's edge to come within 0.5 % of Coulomb's bound; the tangent takes six and five. Tissue that snaps off the
-// probe does not converge in a long step: after ten solves the step is cut where a shorter one is available.
+// Friction is Coulomb's with the normal force of the last solve, viscous below 1 mm/s. Later solves use its tangent
+// (Newton's method), and the line search its potential. Where tissue snaps off, a step is cut after ten solves.
+// Rejected (doc/notes/contact_tool.md): no line search (cycles between points of one facet); friction with the
+// coefficient of the last solve (45 and 226 solves a step instead of six and five).
 #include <string.h>
 
 #include "contact/contact_press_internal.h"

@@ -2,42 +2,22 @@
 //
 // Before each plan, and before each reach, the depth camera's pixels are classified (scan_picture.h): tissue,
 // tool, anything else. A block's grasping point is then, in this order:
-//
 // 1. agreed: the twin's point, since tissue was measured within OM_CLOUD_AGREE of it, or one and a half pixels;
-// 2. filled: the twin's point itself, where a tool, or an organ, hides it from the camera, or the picture ends;
-// 3. measured: the tissue nearest to the twin's point, seen from above, within the block. The twin is wrong here, and
-//    the picture wins;
-// 4. none: the camera sees through the twin's point to what lies behind, and the block shows no tissue. The block is
-//    not reachable.
+// 2. filled: the twin's point, where a tool or an organ hides it from the camera, or the picture ends;
+// 3. measured: the tissue nearest to the twin's point, seen from above, within the block: the picture corrects the
+//    twin;
+// 4. none: the camera sees what lies behind the twin's point, and no tissue in the block: not reachable.
 //
-// An arm on its way to tissue that is no longer seen does not stop: the jaw closes on nothing, and a new look follows.
+// In 2 to 4 a point of the twin that has left its block counts as where the patient model has it. A world without a
+// depth camera has the twin's points alone. An arm on its way does not stop: a jaw that closed on nothing opens, and a
+// new look follows. The block is tried again if the look shows its tissue elsewhere, OM_LOOP_MAX_EMPTY times in all.
 //
-// In 2 to 4 a point of the twin that has left its block counts as where the patient model has it: tissue that the twin
-// has folded over is found by 1, and a twin that slid off says nothing of where the tissue is.
+// The twin's grasp (om__cloud_grasp_twin): free tissue of the twin within the grasp radius of the measured tip is
+// grasped there, and an error of registration remains an offset. Else the block's vertex, if the patient model has it
+// near the tip; else the vertex nearest to the tip. The twin's tissue is then drawn to the tip at DRAW_SPEED.
 //
-// A world without a depth camera has the twin's points alone.
-//
-// The grasp of the twin (om__cloud_grasp_twin) must keep twin and world in step. Where the twin has free tissue within
-// the grasp radius of the measured tip, it grasps there, and an error of registration remains an offset. Elsewhere the
-// twin is wrong by more than the jaws are wide. If the tip is near the place that the block's vertex has in the patient
-// model, that vertex is grasped: before an operation the real tissue lies as in the images, so a twin that slid off
-// while it settled is the one that moved. Otherwise the vertex of the twin nearest to the tip is grasped. The twin's
-// tissue is then drawn to the tip at DRAW_SPEED before the arm moves, since it is known to be there.
-//
-// A jaw that closed on nothing opens, and a new plan is made from a new look. Its block is tried again if the look
-// shows the tissue more than OM_CLOUD_AGREE from where the jaw closed, OM_LOOP_MAX_EMPTY times in all; otherwise it
-// counts as tried.
-//
-// Measured: a twin registered 6 mm too high (test_defras_cloud): exposed after 6 actions, and by the twin's points no
-// grasp of six holds tissue. Layouts 2401 to 2408 of belief.yaml with half of the attachments believed, 8 x 8 blocks,
-// 16 actions, 8 x 8 and 12 x 12 cells: the same runs as by the twin's points, since camera and twin agree at every
-// reach: six exposed, 2403 not, 2405 not run to its end; warnings in 2406 and 2408.
-//
-// Rejected: the measured point in case 1, too. It differs from the twin's by noise, 0.2 mm, and by what the plan before
-// did not try: three tests of force stops, whose grasps are of few vertices, had no force stop.
-//
-// Rejected: the live correspondence (match_live.h) for the material point. It starts from the twin and takes nearest
-// points within 30 mm; of a twin that slid off it says that it is lost.
+// Rejected (doc/notes/defras.md): the measured point in case 1, too (noise of 0.2 mm; three tests of force stops had
+// none); the live correspondence (match_live.h) for the material point (a twin that slid off is reported as lost).
 #include <string.h>
 
 #include "defras/defras_internal.h"

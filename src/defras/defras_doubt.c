@@ -6,23 +6,18 @@
 // every update, where one estimate too few hides a true attachment. Here it is taken only where the loop would end. The
 // force limit and the monitor watch the grasps that follow, and each later estimate narrows the intersection further.
 //
-// An estimate may attach the same again while the tissue of one grasp is held: random pair 1026 of the retraction study
-// learnt and doubted 60 times in pulls of one point. A second doubt without a grasp in between gives up the tissue in
-// hand; each grasp is then doubted twice at most, and the points that may be grasped are finite in number.
+// An estimate may attach the same again while the tissue of one grasp is held. A second doubt without a grasp in
+// between releases the tissue in hand; each grasp is then doubted twice at most, so the operation ends.
 //
-// The intersection never frees what the first belief and all estimates have, and where another patch is believed the
-// points that expose the ROI often lie above the first belief, which no estimate corrects where no tissue was lifted:
-// random pair 1057 is exposed by 12 sequences from there and by 4 others. So where the intersection gives no new point,
-// or is the one that was left before, the twin gives up the first belief, and keeps what the last estimate has beyond
-// it; at last it gives up everything but what a person has marked. Each of the two once, and only after a warning:
-// without one nothing says that the belief is wrong. Development pair 2617 had no plan left; now it is exposed in 82
-// actions, in 150 not yet if the first belief is given up only where the intersection gives no new point.
+// The intersection never frees what the first belief and all estimates have. Where another patch is believed, the
+// points that expose the ROI often lie above the first belief, which no estimate corrects where no tissue was lifted.
+// So where the intersection gives no new point, or is the one that was left before, the twin gives up the first belief,
+// and keeps what the last estimate has beyond it; at last it gives up everything but what a person has marked. Each of
+// the two once, and only after a warning: without one nothing says that the belief is wrong.
 //
-// Tried at f821946 and left out: the first belief given up, and tissue laid back to where it was grasped before it was
-// let go, the second fold from where the first one had begun. Of the 17 random pairs with a release or two folds 11
-// were exposed, as before: 1017, 1037 and 1057 for the first time; 1006, 1067 and 1086 no more, after 150 actions;
-// 1026 with 10.0 N in truth, more than 3 epsilon. A twin without attachments refuses nearly every estimate: 46 of 155
-// updates ended at 2 mm, before 43 of 74.
+// Rejected (doc/notes/defras.md): the first belief given up only where the intersection gives no new point (not exposed
+// in 150 actions, now 82); tissue laid back before its release and the second fold from where the first began (11 of 17
+// exposed as before, 10.0 N in truth).
 #include <string.h>
 
 #include "defras/defras_internal.h"

@@ -95,8 +95,8 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
 
 // A grasp beside an exhausted block lifts almost the same tissue. On a fine grid all actions would be used in one
 // place, so a block is postponed after MAX_NEAR_ATTEMPTS attempts within attempt_distance. One attempt is not enough:
-// a grasp 15 mm beside it may expose the region (layout 11 of the sheet on 8 x 8 blocks). The planning stage halves
-// the distance when only postponed blocks are left.
+// a grasp 15 mm beside it may expose the region. The planning stage halves the distance when only postponed blocks are
+// left.
 static bool is_postponed(const OmLoop* loop, int block) {
     const Grid* g = &loop->grid;
     if (loop->attempt_distance <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;

@@ -1,29 +1,24 @@
 // defras_follow.c: the twin follows a picture that no attachments explain (ours).
 //
-// In a fold the twin may lie apart from the tissue although its attachments are right: the flap tips over at another
-// moment. On development pairs 2507 and 2512 of the retraction study (another patch believed, fewer attachments than
-// believed) the mean distance of the scan was 2.3 and 2.6 mm from the twin, and 2.1 and 2.6 mm from a twin at rest with
-// the true attachments: no estimate can lower it, and before this file each was refused, and the tissue let go.
+// In a fold the twin may lie apart from the tissue although its attachments are right, because the flap tips over at
+// another moment. No estimate of attachments lowers that distance.
 //
 // The shape that the job has brought onto the newest scan (OmMatchEstimate.shape) is kept as an increment: from the
 // twin of that acquisition if the estimate is refused, or from the twin at rest with the new attachments if adopted.
 // After a refusal the twin follows it at once; after an adoption only if mu stays above its first limit when the effect
-// is measured. The tools keep still meanwhile. Then forces hold the twin until the tissue is let go. Attachments that
-// an estimate has learnt in a fold must explain most of the distance (is_doubtful in defras_look.c): development pair
-// 2554 learnt 19 in place of 25 attached vertices in its first fold, where the tissue has more, and took 48 actions;
-// now 28.
+// is measured. The tools keep still meanwhile. Then forces hold the twin until the tissue is released. Attachments that
+// an estimate has learnt in a fold must explain most of the distance (is_doubtful in defras_look.c).
 //
-// What attachments do not explain, the twin may not foresee either. Before the loop continues with this grasp, both
-// folds are tried in the twin from where it has followed to (om__loop_ahead_held): a fold that exposes nothing there is
-// not made, and where neither does, or mu is still above its first limit, the tissue is let go. Tried without trials:
-// of eight development pairs three were not exposed that had been before, since the loop stayed with grasps that it
-// would have given up. Tried without the limit: random pairs 1001 and 1002 followed to 2.7 mm, continued, and were
-// held.
+// Before the loop continues with this grasp, both folds are tried in the twin from there (om__loop_ahead_held): a fold
+// that exposes nothing there is not made. Where neither exposes the ROI, or mu is still above its first limit, the
+// tissue is released.
 //
-// Only folds, and pulls after a fold of the same grasp: tissue that deviates in a pull is held by attachments that the
-// twin does not know, and where no estimate finds them the tissue is let go.
+// Only in folds, and in pulls after a fold of the same grasp: tissue that deviates in a pull is held by attachments
+// that the twin does not know. Attachments come first, because forces explain any picture and say nothing about other
+// tissue.
 //
-// Attachments come first: forces explain any picture, and say nothing about other tissue.
+// Rejected (doc/notes/defras.md): to continue without trials in the twin (three of eight development cases not
+// exposed); to continue above the first limit of mu (two cases held at 2.7 mm).
 #include <math.h>
 #include <string.h>
 

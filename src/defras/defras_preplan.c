@@ -2,12 +2,10 @@
 //
 // One body for each worker, all of one model, all from one snapshot at rest; a worker takes the next point. A point's
 // result depends on the snapshot alone, so it is the same for any number of workers. Motions run at the loop's speed:
-// at three times this speed (the speed of the calibration) viscous forces are a part of the largest pull. Layouts 50
-// to 52 of scenes/sheet.yaml: 16, 10 and 7 points, 14, 11 and 7 s of processor time on a busy machine. The loop
-// followed these plans to the end without a new plan: 8 actions each, as predicted.
+// at three times this speed (the speed of the calibration) viscous forces are a part of the largest pull.
 //
-// The predicted force may be larger than that of the run (0.56 N and 0.33 N on layout 51): the truth is softer than
-// the twin there, shows the ROI earlier, and the fold stops earlier.
+// The predicted force may be larger than that of the run: where the truth is softer than the twin it shows the ROI
+// earlier, and the fold stops earlier. Times and forces are in doc/notes/defras.md.
 #include "omentum/defras_preplan.h"
 
 #include <limits.h>

@@ -8,18 +8,8 @@
 //
 // The added attachments are a belief as any other: updates free them where the camera shows otherwise.
 //
-// Measured: kidney.yaml with a true friction of 0.2, layouts 2001 and 2002. With half of the attachments believed the
-// twin moved by 88 and 87 mm (the truth by 7 and 2 mm), and every grasp closed on nothing; four and three rings, 70 and
-// 47 vertices, leave 4.8 and 2.2 mm. Without any it fell by 38 m; 51 vertices around one point leave 2.2 mm. With the
-// true ones it moved by 16.7 mm in layout 2001, where one ring leaves 9.1 mm, and by 1.5 mm in 2002.
-//
-// With a mesh of 6 mm (truth 4.1 mm), monitor and updates, all are exposed; pulls of the truth, and by the twin:
-// layout 2001, half of them: 8 actions, 0.47 N, 0.42 N. 2001, none: 20 actions, 0.63 N, 0.66 N. 2003, none: 8 actions,
-// 0.30 N, 0.72 N. 2002, 0.6 of them, registered 2 mm beside the truth: 8 actions, 0.40 N, 0.58 N. 2002, 1.6 of them: 8
-// actions, 0.41 N, 0.63 N.
-//
-// Rejected: one point of the upper end as the beginning. On a tilted board that is a corner, and 13 vertices around it
-// left a sheet hanging by 41 mm.
+// Rejected (doc/notes/defras.md): one point of the upper end as the beginning: on a tilted board that is a corner, and
+// 13 vertices around it left a sheet hanging by 41 mm.
 #include "defras/defras_internal.h"
 #include "omentum/world.h"
 

@@ -2,11 +2,9 @@
 //
 // A fold that barely tips over in the twin tips over otherwise in the world: the monitor (6.4.5) finds the tissue more
 // than 6 mm from the twin, and the loop stops for a person. So the path of the tip in a plan is repeated, step by step,
-// in twins with fewer attachments, with more, of half the modulus, with friction on the ground, and with a grasp
-// beside the planned one. During an operation the twin follows measured tips in the same way. Half the modulus stands
-// for tissue that bends more easily than the twin, whose single layer of linear elements is too stiff in bending:
-// without this twin a fold was chosen that all others repeated, and that did not expose the ROI in the world
-// (development seed 2302, fewer).
+// in twins with fewer attachments, with more, of half the modulus, with friction on the ground, and with a grasp beside
+// the planned one. During an operation the twin follows measured tips in the same way. Half the modulus stands for
+// tissue that bends more easily than the twin, whose single layer of linear elements is too stiff in bending.
 //
 // Every SPREAD_EVERY steps the surface of the changed twin is compared with that of the believed twin at the same step,
 // as the monitor compares camera and twin: the median, over vertices of the surface, of the distance to the other
@@ -14,11 +12,8 @@
 // the path, the last motion continues as in the loop: the plan ended where the believed twin showed the ROI.
 //
 // The order is: the ROI exposed at last in more twins, the lower warning state, the path alone enough in more twins.
-// Rejected (development seeds, rules of the retraction study): the path alone, which preferred a fold to the end of its
-// length to a motion that stops early (2305, fewer: 17 actions in place of 8); the continued motion alone, by which a
-// fold came back that did not expose the ROI in the world (2302, fewer: 18 in place of 8); the path alone before the
-// warning state, by which a point with a spread of 3.1 mm was preferred to one with 1.7 mm (2305, fewer: mu rose to 4.8
-// mm in the first fold, and the run was held after 63 actions in place of 8).
+// Rejected (doc/notes/defras.md): the path alone (17 actions instead of 8); the continued motion alone (18 instead of
+// 8); the path alone before the warning state (a run held after 63 actions instead of 8).
 #include "defras/defras_robust.h"
 
 #include <string.h>

@@ -7,20 +7,15 @@
 //     correct   the remaining residual is smooth; the compliance at rest on a grid of twice the spacing, with the
 //               patch's nodes fixed (fem_grid_coarse.c, fem_grid_linear.c), gives a direction z
 //
-// Tissue near a deep press is ten times as stiff as at rest, so z is too long. The step is the minimum of the energy,
-// to second order, over z and the previous step, as in the method of conjugate gradients. It is shortened where it
-// would crush an element or pass the minimum along its direction.
+// Tissue near a deep press is stiffer than at rest, so z is too long. The step is the minimum of the energy, to second
+// order, over z and the previous step, as in the method of conjugate gradients. It is shortened where it would crush an
+// element or pass the minimum along its direction. The distance to equilibrium is estimated from the displacements of
+// the last cycle; cycles end when the estimate is below the tolerance.
 //
-// The distance to equilibrium is estimated from the displacements of the last cycle; cycles end when the estimate is
-// below the tolerance. A guess by a network for a light press needs one cycle, for a press of 30 mm ten. The result is
-// the equilibrium that finite elements with the same prescribed displacements find, unless there are two: 18 of 5,000
-// samples differ by more than 0.25 mm. All examined ones are another equilibrium, which Newton's method also
-// finds with other load steps.
-//
-// Tried and rejected: corrections without relaxation (inverted elements make the steps useless); the full compliance
-// instead of the coarse one (hardly fewer cycles, each several times as long); one direction with a line search (three
-// times the cycles); scaling the compliance by the stiffness of the nodes (no fewer cycles with two directions); the
-// guess in four load steps (half as many samples with another equilibrium, twice the time of hard ones).
+// Rejected (doc/notes/fem.md): corrections without relaxation (inverted elements make the steps useless); the full
+// compliance instead of the coarse one (hardly fewer cycles, each several times as long); one direction with a line
+// search (three times the cycles); scaling the compliance by the stiffness of the nodes (no fewer cycles); the guess in
+// four load steps (half as many samples with another equilibrium, twice the time of hard ones).
 //
 // One team of workers computes a whole solve, with barriers between the stages. Sums are over fixed blocks, so the
 // result has the same bytes for any number of workers.

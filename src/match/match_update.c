@@ -10,15 +10,11 @@
 //
 // One of the other sets is the twin's present one, corrected where twin and scans contradict each other: attached where
 // the twin moved and the tissue stayed, free where the tissue moved. The other sets are probable before the scans; this
-// one is made from the twin's own error. On the sheet of development pair 2004 (another patch believed) no other set
-// was nearer to the scan than the present one (mean 0.47 mm; the other sets 0.46 to 0.69), and two updates were
-// refused; the corrected set has 0.29 mm, and the DSC rises from 0.18 to 0.40. Tried: to attach only what the twin
-// lifts by more than 2.5 mm along the normal, since a twin without attachments and friction slides as a whole. Pair
-// 2007, none believed: 13 vertices instead of 150 at the same distance (0.19 and 0.25 mm), all of them free in truth,
-// where the board's friction holds. Pair 2004: 0.61 mm of 0.77, DSC 0.24.
+// one is made from the twin's own error.
 //
-// Not tried: gradients of the distance by the adjoint of the equilibrium (om_match_solve has the factors). They need an
-// equilibrium for each iteration, 0.1 to 0.2 s, where the whole update may take 0.3 s.
+// Rejected (doc/notes/match_update.md): to attach only what the twin lifts by more than 2.5 mm along the normal (DSC
+// 0.24 instead of 0.40). Not tried: gradients of the distance by the adjoint of the equilibrium (om_match_solve has the
+// factors). They need an equilibrium for each iteration, 0.1 to 0.2 s, where the whole update may take 0.3 s.
 #include <stdlib.h>
 #include <string.h>
 

@@ -325,10 +325,9 @@ OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int e
 //
 // Where no time of friction is given, it acts on the change of velocities since the step began, as long as energy
 // falls: like implicit Euler it damps changes within two steps, and does not act on a steady motion. Without it a cube
-// of 60 mm (10 kPa) dropped from 1 m bounced for two seconds, tumbled and came to rest 285 mm aside; so did finite
-// elements of the same mesh at steps of 1 ms (271 mm), which dissipate equally little: the mesh's diagonals give the
-// rebound a spin. Tried and rejected: viscous constraints on the rate of the Green strain (strongly stretched elements
-// lock, and forces at the end of the substep make a spin grow), colours in alternating order (no better).
+// that is dropped bounces for seconds and comes to rest far aside (doc/notes/pbd.md). Rejected: viscous constraints on
+// the rate of the Green strain (strongly stretched elements lock, and forces at the end of the substep make a spin
+// grow); colours in alternating order (no better).
 typedef struct Motion {
     Lanes x[12], mass[4];  // at the vertices
     // velocity, relative to the rigid part, and the rest of it; out: v, the change

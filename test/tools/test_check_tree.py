@@ -45,6 +45,23 @@ class Rules(unittest.TestCase):
     def test_clean(self):
         self.assertEqual(self.check({}), [])
 
+    def test_head(self):
+        for name, lines in (("src/fem/fem_a.c", 25), ("src/fem/fem_a.h", 26)):
+            self.assertEqual(self.check({name: "// a\n" * lines + "int a;\n"}), [])
+        self.assert_breaks({"src/fem/fem_a.c": "// a\n" * 26 + "int a;\n"}, "fem_a.c:1", "the head has 26 lines")
+        self.assert_breaks({"test/fem/test_fem_a.c": "// a\n" * 26}, "test_fem_a.c:1", "the head has 26 lines")
+
+    def test_case_in_a_comment(self):
+        self.assert_breaks({"src/fem/fem_a.c": "int a;\n// held in pair 1057\n"}, "fem_a.c:2", "pair 1057")
+        self.assert_breaks({"include/omentum/fem.h": "int a;  // as on layout 11\n"}, "fem.h:1", "layout 11")
+        self.assertEqual(self.check({"src/fem/fem_a.c": "int pair(int a);  // a pair of 2 layouts\n",
+                                     "test/fem/test_fem_a.c": "// pair 1057\n"}), [])
+
+    def test_long_line_of_a_page(self):
+        for page in ("README.md", "doc/fem.md", "doc/notes/fem.md", "weights/README.md"):
+            self.assert_breaks({page: "a\n" + "b" * 200 + "\n"}, f"{page}:2", "200 characters")
+        self.assertEqual(self.check({"doc/fem.md": "b" * 199 + "\n", "test/mutants/results.md": "b" * 300}), [])
+
     def test_arrow_up(self):
         self.assert_breaks({"src/shape/shape_a.c": 'int a;\n#include "omentum/scene_yaml.h"\n'},
                            "src/shape/shape_a.c:2", "shape (floor 1) uses scene (floor 4)")
