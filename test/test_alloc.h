@@ -39,6 +39,10 @@ static inline int test_failing_allocations(OmStatus (*work)(void* ctx), void* ct
     return nfail;
 }
 
+/// The stride of test_failing_allocations: `quick` in quick runs, 1 under OM_TEST_SLOW (om_test adds such a slow
+/// test for each file that calls this function).
+static inline int test_stride(int quick) { return getenv("OM_TEST_SLOW") ? 1 : quick; }
+
 /// Allocations from now until test_count_end().
 static inline void test_count_begin(void) {
     static const OmAllocator counting = {test_alloc_get, test_alloc_free, NULL};
