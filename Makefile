@@ -31,6 +31,8 @@ build: configure ## build the optimised library and the program
 
 demo: build ## from a CT made here to an exposed tumour; report in out/demo
 	@$(CLI) demo -o out/demo
+	@echo; echo "The program is ./omentum, in this folder: ./omentum help"
+	@echo "README.md has more examples; make install puts it on PATH."
 
 check: setup python ## format, layers, quick tests in release and under sanitizers, install, samples, demo
 	@tools/check.sh

@@ -25,6 +25,7 @@ from . import _capi as c
 from ._convert import functions_of
 
 HERE = pathlib.Path(__file__).resolve().parent
+BUILT = pathlib.Path(c.__file__).resolve().parent  # what the build made: HERE, but for an editable install
 
 
 # ---- errors -------------------------------------------------------------------------------------------
@@ -171,7 +172,7 @@ def _candidates() -> list[str]:
     if named:
         return [named]
     soname = "libomentum.so." + ".".join(c.OM_VERSION.split(".")[:2])
-    inside = sorted(str(p) for p in (HERE / "lib").glob("libomentum.so*"))
+    inside = sorted(str(p) for p in (BUILT / "lib").glob("libomentum.so*"))
     return [*inside[:1], soname]
 
 
@@ -213,7 +214,7 @@ lib = _load()
 
 def data_path(name: str) -> pathlib.Path:
     """A file that comes with omentum, such as "scenes/sheet.yaml" or "weights/banet.safetensors"."""
-    places = [os.environ.get("OMENTUM_DATA"), HERE / "share", pathlib.Path(sys.prefix) / "share" / "omentum",
+    places = [os.environ.get("OMENTUM_DATA"), BUILT / "share", pathlib.Path(sys.prefix) / "share" / "omentum",
               HERE.parent.parent, "/usr/local/share/omentum", "/usr/share/omentum"]
     for place in places:
         if place and (path := pathlib.Path(place) / name).exists():
