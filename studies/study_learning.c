@@ -1,88 +1,23 @@
 // study_learning.c: trainings and evaluations of chapter 5.
 //
-// PPO is trained with moves of 2 mm: a policy maps places to directions, so it can act with the thesis's moves of
-// 0.5 mm, and a training takes a quarter of the steps. Demonstrations, GAIL and cloning have the moves of the
-// evaluation: with 2 mm an expert takes three steps over the last 6 mm and ten at p_T, and a policy that learns from
-// these stops 7 mm short. Every evaluation is with moves of 0.5 mm. A training is a folder LEARNER-SEED of its own;
-// scores are LEARNER-SEED-WORLD.csv, one line a start, behind the hash of the policy.
+// A training is a folder LEARNER-SEED of its own; scores are LEARNER-SEED-WORLD.csv, one line a start, behind the hash
+// of the policy. Every evaluation is with moves of 0.5 mm.
+// - PPO is trained with moves of 2 mm: a policy maps places to directions, and a training takes a quarter of the steps.
+// - Demonstrations, GAIL and cloning have the moves of the evaluation: with 2 mm an expert takes three steps over the
+//   last 6 mm and ten at p_T, and a policy that learns from these stops 7 mm short.
+// - Bodies and the error of the tip are drawn (domain randomisation, 5.6). PPO learns the task first, then to bear
+//   them.
+// - The second part of PPO has a margin around the tumour, no weight of the entropy, a larger cost of a step, and a
+//   growing sharpness: a policy that reaches its goal by its noise fails with its most probable actions.
 //
-// Settings were first chosen on the motion of the task alone, without tissue (exposure by a formula of the grasping
-// place). Mean score there after 40,000 steps: 10 epochs and batches of 128: 0.97; iterations of 16 x 32 steps and
-// batches of 64: 0.99; discount 0.97: 0.74. GAIL from random weights: 0.0 to 0.8, from 50 epochs of cloning: 0.99. With
-// rewards -log(1 - D) or log D - log(1 - D) it ends below 0.1. Then on the task itself, seed 4 and drawn starts (24 or
-// 32 of seed 78), which no evaluation uses. Mean TE of the most probable actions:
-//
-//     PPO     131,072 steps, rate 1e-3, entropy 5e-3                   1.000, ends 10 mm beyond p_T (seed 4)
-//             the same, entropy 1e-3 (seeds 5, 6)                      0.929, 0.999
-//             262,144 steps of 32 environments, entropy 2e-3 (seed 5)  0.970
-//             524,288, rate 7e-4, entropy 1e-3 (seeds 5, 6)            0.985, 1.000
-//             the same, best of evaluations (seeds 4, 5; 64 starts)    1.000, 1.000; single evaluations 0.87 to 1.00
-//             100,352 steps, hold=3 and tip_error_mm=1.7 (seed 1)      0.198, grasps early, since it learnt to end
-//     cloning 100 epochs, moves of 0.5 mm                              1.000, all episodes end at p_T
-//     GAIL    moves of 0.5 mm, 32,768 steps                            1.000, stops 2 to 3 mm from p_T
-//             the same, seeds 5 and 6: rate 5e-5, of cloning, too      0.982, 0.512
-//             rate 3e-5, of cloning 3e-4, no entropy, seeds 5, 6       1.000, 1.000
-//             moves of 2 mm (seed 1, 16,384 steps), hold=2             0.363, grasps early
-//             the same, fixed_horizon=1 in demonstrations as well      0.781, stops above the fat from some starts
-//             demonstrations of 0.5 mm and a policy of 2 mm            0.000, see below
-//             bodies and tip error drawn, in demonstrations as well    0.656, stops above the fat from some starts
-//             tip error drawn, not in demonstrations                   0.312, the same
-//
-// Bodies and the error of the tip are drawn (domain randomisation, 5.6). Evaluations on 192 such bodies tell what
-// "reality" is like: policies with 0.995, 0.983 and 0.873 there have 0.973, 0.812 and 0.627 in "reality". PPO trained
-// without them (seed 1) has 0.02 to 0.36 there in its first ten evaluations, while it has 0.97 in the task itself: it
-// descends to where the fat was always found, and stops above it. Best evaluation (96 drawn bodies) of PPO
-//     with drawn bodies from the beginning, 524,288 steps (seed 4)                           0.98
-//     the same (seed 1, stopped after 360,000 steps; it gets worse from 200,000 on)          0.78
-//     262,144 steps without, then with them, 98,304 at a rate of 3e-4 (seed 5)               0.93
-//
-// With drawn actions a policy of PPO exposes 1.000 on drawn bodies, with the most probable ones the same policy 0.35 to
-// 0.97 (seed 1, 122,880 steps of the second part: 0.688 of 32 starts, drawn 1.000): it moves by its noise, 1.8 of 3.3
-// nats, which costs it next to nothing. Evaluations on 96 drawn bodies, the best and the last one of four to ten (a
-// processor's rounding decides which figures a seed has):
-//     196,608 steps, rate 3e-4, entropy 1e-3 (seed 1)                         0.604, 0.542
-//     entropy 0 (seed 5)                                                      0.938, 0.926
-//     and logits times 3 at its start (5)                                     0.954, 0.925
-//     the same, episodes end after 12 steps at one place (5)                  0.930 (stopped after 145,408 steps)
-//     and logits times 8 at its start (5; 1)                                  0.974, 0.952; 0.218, 0.151 (stopped)
-//     the same, moves of 1 mm (5)                                             0.946, 0.946
-//     and logits times 8 over its first half (5; 4; 1)                        0.985; 0.936, 0.936; 0.355
-//     327,680 steps, rate 5e-4, times 8 over the third quarter (1)            0.738, 0.510
-//     196,608 steps, a step costs 0.02 in place of 0.002 (1; 4)               0.787, 0.354; 0.681, 0.612 (both stopped)
-//     the same, rate 5e-4, times 8 over the third quarter (1; 4)              0.639, 0.639; 0.958, 0.938
-//     327,680 steps, a step costs 0.02, times 32 (1; 2, stopped after 98,304; 3)  0.755; 0.987; 0.998, 0.907
-// The last one has 1.000 from all starts of the task, but in "reality" 0.094, 0.937, 0.790: a policy that pays for each
-// step stops where training shows the whole tumour, and there elements still cover a part of it. A margin of kidney
-// around the tumour that must be exposed, too, makes it pull farther; the scripted expert exposes 0.98 of one of 10 mm.
-//     the same with margin_mm=10 in the second part (4)                       0.926
-//     in both parts (4; 5)                                                    0.990; 0.971
-// The last one is the study's. In the first part alone the margin takes drawn bodies from 0.65 to 0.84 (4). Seed 4 has
-// 1.000 from all 49 starts, in the task and in "reality".
-// Without the cost of a step a policy that grows sharp forgets what its noise did (seed 1: drawn actions 0.99, then
-// 0.59); with it drawn actions keep 0.99. So the second part has both, and is longer. Seed 1, which the study uses too,
-// was looked at here: its training and its evaluations on drawn bodies, not the 49 starts nor "reality".
-// What is left is the size of the moves: with 2 mm the most probable actions of the 0.974 have 1.000.
-//
-// The expert flies 12 mm above the fat and pulls it past p_T. GAIL from its demonstrations; 96 drawn starts of the
-// task, 96 of drawn bodies, 20 of elements with a tip error of 1.7 mm; mean TE:
-//     8 mm above the fat, straight to p_T, bodies not drawn (seed 2)   1.000, 0.874, 0.693
-//     12 mm and past p_T, bodies not drawn (seed 4)                    0.990, 0.945, 0.929
-//     the same, bodies and tip error drawn (seed 4)                    1.000, 0.976, 0.952
-//     the same (seeds 5, 6)                                            1.000, 1.000, 0.998; 1.000, 0.979, 0.968
-// With the lower flight a tip that is measured too high touches the fat on its way, and grasps there: 3 of 20 grasps
-// were 13 to 18 mm beside the middle. Past p_T with the lower flight, bodies not drawn: 0.823 in "reality" (seed 1).
-//
-// Another grasping place (goal_mm, default 75) was tried for "reality" and left out. The scripted expert, 24 or 25
-// starts, elements in place of clusters and a tip error of 1.7 mm; mean TE with goal_mm 65, 70, 75:
-//     elements of 20 kPa                                               0.967, 0.949, 0.734
-//     18 kPa, 2.85 mm thick, kidney -1.5 and 1.5 mm beside             0.654, 0.929, 0.933
-// GAIL from demonstrations with 65 mm, seeds 1 and 2: 1.000 over the 49 starts, in "reality" 0.723 and 0.736, less than
-// with 75 mm (0.812). It grasps at 62 mm, with 75 mm at 68 mm. weights/retract_ppo.safetensors, 0.973 in "reality",
-// grasps at 72 mm and stands 9 mm behind p_T and 6 mm above it, GAIL at p_T within 1 mm: the way beyond p_T, not the
-// place of the grasp, exposes the tumour there.
-//
-// A policy of 2 mm never holds p_T for 10 steps while its actions are drawn. It stands there longer than an expert, and
-// the discriminator punishes the place: the policy leaves it.
+// Rejected (doc/notes/rl_learning.md):
+// - GAIL from random weights (0.0 to 0.8, from cloning 0.99), or with moves of 2 mm (0.363);
+// - rewards -log(1 - D) or log D - log(1 - D): below 0.1;
+// - PPO without drawn bodies: 0.02 to 0.36 on drawn bodies, with 0.97 in the task itself;
+// - the second part without a larger cost of a step: drawn actions fall from 0.99 to 0.59;
+// - the second part without the margin: 1.000 in the task, 0.094 to 0.937 in "reality";
+// - an expert that flies 8 mm above the fat: 3 of 20 grasps beside the middle, GAIL 0.693 in "reality" (12 mm: 0.952);
+// - another grasping place (goal_mm 65): 0.723 and 0.736 in "reality", with 75 mm 0.812.
 #include <math.h>
 #include <string.h>
 
@@ -306,7 +241,7 @@ done:
     return status < 0 ? om_error_prefix(status, "%s", name) : status;
 }
 
-// PPO learns the task, then to bear drawn bodies: both at once fail from some seeds (head of this file).
+// PPO learns the task, then to bear drawn bodies: both at once fail from some seeds.
 static OmStatus train(const Learning* s, OmStudyLearner learner, int seed, const char* demos,
                       const OmProgress* progress, LearningRun* run, OmRlTrainResult* result) {
     char name[NAME], plain[2 * NAME], start[1024];
