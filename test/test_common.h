@@ -65,10 +65,19 @@ static inline void test_limit_time(void) {
     setrlimit(RLIMIT_CPU, &limit);
 }
 
-// Does OM_TEST_CASES select this case? "memory" selects the cases of failing allocations.
+// Is this the slow run of a file (NAME_all, OM_TEST_SLOW)? It has the sizes and repetitions of which a quick run has
+// some.
+static inline bool test_is_slow(void) { return getenv("OM_TEST_SLOW") != NULL; }
+
+/// A case for the slow run only; the file has a quick case that fails where this one would.
+#define cmocka_slow_test(f) \
+    { "slow_" #f, f, NULL, NULL, NULL }
+
+// Is this case run? OM_TEST_CASES=memory selects the cases of failing allocations.
 static inline bool test_is_selected(const char* name) {
     const char* only = getenv("OM_TEST_CASES");
-    return !only || strcmp(only, "memory") != 0 || strstr(name, "memory") || strstr(name, "alloc");
+    if (only && strcmp(only, "memory") == 0) return strstr(name, "memory") || strstr(name, "alloc");
+    return test_is_slow() || strncmp(name, "slow_", 5) != 0;
 }
 
 // As cmocka runs a group; the exit code is 77 if every case was skipped, and 1 if any failed or none ran.
