@@ -75,11 +75,12 @@ static OmStatus make(Lifted* f) {
 }
 
 static OmStatus time_scan(Lifted* f, const BenchOptions* options, double* time, double* least) {
-    OmScanDef def = om_scan_default_def(f->world, &f->twin);
+    OmScanDef def = om_scan_default_def(om_site_spacing(&f->twin));
+    OmCloudDef space = om_cloud_default_def(f->world, &f->twin);
     for (int run = 0; run < options->nrun; ++run) {
         om_scan_done(&f->scan);
         double start = bench_now();
-        OM_TRY(om_scan_from_observation(&def, &f->obs, &f->scan));
+        OM_TRY(om_scan_from_observation(&def, &space, &f->obs, &f->scan));
         time[run] = bench_now() - start;
     }
     BenchRow row = {.bench = "match_update",

@@ -4,12 +4,13 @@
 
 #define MAX_RUN 32
 
-static OmStatus time_scans(const OmScanDef* def, const OmObservation* obs, BenchRow* row) {
+static OmStatus time_scans(const OmScanDef* def, const OmCloudDef* space, const OmObservation* obs,
+                           BenchRow* row) {
     double time[MAX_RUN];
     for (int run = 0; run < row->nrun; ++run) {
         OmScan scan;
         double start = bench_now();
-        OM_TRY(om_scan_from_observation(def, obs, &scan));
+        OM_TRY(om_scan_from_observation(def, space, obs, &scan));
         time[run] = bench_now() - start;
         row->size = scan.npoint;
         row->hash = om_hash(scan.x, 3 * (size_t)scan.npoint * sizeof *scan.x, OM_HASH_SEED);
@@ -31,13 +32,14 @@ OmStatus bench_scan(const BenchOptions* options) {
     OM_TRY_DONE(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));
     OM_TRY_DONE(om_world_create_simulated(&scene, &site, options->nworker, &world));
     OM_TRY_DONE(om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
-    OmScanDef def = om_scan_default_def(world, &site);
+    OmScanDef def = om_scan_default_def(om_site_spacing(&site));
+    OmCloudDef space = om_cloud_default_def(world, &site);
     row.work = "scan of depth and colour";
     row.goal_ms = 39;
-    OM_TRY_DONE(time_scans(&def, &obs, &row));
+    OM_TRY_DONE(time_scans(&def, &space, &obs, &row));
     def.use_color = false;
     row.work = "scan of depth alone";
-    status = time_scans(&def, &obs, &row);
+    status = time_scans(&def, &space, &obs, &row);
 done:
     om_observation_done(&obs);
     om_world_destroy(world);

@@ -45,7 +45,8 @@ static OmStatus save_picture(const OmPicture* color, const OmScan* scan, const c
 static OmStatus scan_tissue(OmWorld* world, const OmSite* twin, const OmObservation* obs,
                             OmScan* scan) {
     // A click on the middle of the sheet.
-    OmScanDef def = om_scan_default_def(world, twin);
+    OmScanDef def = om_scan_default_def(om_site_spacing(twin));
+    const OmCloudDef space = om_cloud_default_def(world, twin);
     double u, v;
     OmVec3 middle = om_pose_apply(twin->pose_world_task, om_vec3(0, 0, 2 * twin->half_size.z));
     if (!om_camera_project(&obs->rgbd.camera, middle, &u, &v))
@@ -53,7 +54,7 @@ static OmStatus scan_tissue(OmWorld* world, const OmSite* twin, const OmObservat
     const OmScanRegion click = {.u = u, .v = v, .radius = 10};
     OM_TRY(om_scan_learn_range(&obs->rgbd.color, &click, &def.tissue));
     printf("hue of the tissue: %.0f to %.0f degrees\n", def.tissue.hue_min, def.tissue.hue_max);
-    return om_scan_from_observation(&def, obs, scan);
+    return om_scan_from_observation(&def, &space, obs, scan);
 }
 
 int main(void) {

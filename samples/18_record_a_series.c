@@ -52,12 +52,13 @@ static OmStatus scan_all(const OmWorld* world, const OmSite* twin) {
     OmSeries series;
     OmObservation obs = {0};
     OmScan scan = {0};
-    OmScanDef def = om_scan_default_def(world, twin);
+    const OmScanDef def = om_scan_default_def(om_site_spacing(twin));
+    const OmCloudDef space = om_cloud_default_def(world, twin);
     OM_TRY(om_series_load("series", &series));
     OmStatus status = OM_OK;
     for (int i = 0; i < series.nframe; ++i) {
         OM_TRY_DONE(om_series_get_frame(&series, i, NULL, &obs));
-        OM_TRY_DONE(om_scan_from_observation(&def, &obs, &scan));
+        OM_TRY_DONE(om_scan_from_observation(&def, &space, &obs, &scan));
         double top = 0;
         for (int k = 0; k < scan.npoint; ++k) top = fmax(top, scan.x[3 * k + 2]);
         printf("%.2f s: %d points, %d triangles, the highest %.0f mm over the board\n",

@@ -10,8 +10,8 @@
 #include "omentum/banet_sample.h"
 #include "omentum/banet_update.h"
 #include "omentum/match.h"
-#include "omentum/scan_picture.h"
 #include "omentum/world.h"
+#include "omentum/world_cloud.h"
 #include "studies/study_kidney.h"
 
 #define KIDNEY_NGRASP 4    // A to D

@@ -256,7 +256,8 @@ OmStatus om__kidney_truth_look(KidneyTruth* t, int grasp, KidneyMoment moment, i
     memset(a, 0, sizeof *a);
     OmMatchGrasp held = {.arm = 0};
     OmObservation obs = {0};
-    OmScanDef def = om_scan_default_def(NULL, twin);
+    const OmScanDef def = om_scan_default_def(om_site_spacing(twin));
+    OmCloudDef space = om_cloud_default_def(NULL, twin);
     OmRng rng = om_rng_init(KIDNEY_NOISE_SEED + (uint64_t)run, 1);
     double shift[3];
     for (int i = 0; i < 3; ++i) shift[i] = CALIBRATION * om_rng_normal(&rng);
@@ -270,8 +271,8 @@ OmStatus om__kidney_truth_look(KidneyTruth* t, int grasp, KidneyMoment moment, i
     }
     OM_TRY_DONE(om__kidney_truth_show(t, grasp, moment));
     OM_TRY_DONE(om_world_observe(t->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
-    def.space.psm[0] = om_world_psm(t->world, 0);
-    OM_TRY_DONE(om_scan_from_observation(&def, &obs, &a->scan));
+    space.psm[0] = om_world_psm(t->world, 0);
+    OM_TRY_DONE(om_scan_from_observation(&def, &space, &obs, &a->scan));
     t->shift = om_load3(shift, 0);
     shift_scan(t->shift, &a->scan);
     a->time = obs.rgbd.time;

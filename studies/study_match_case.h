@@ -7,8 +7,8 @@
 #define OMENTUM_STUDY_MATCH_CASE_H
 
 #include "omentum/match.h"
-#include "omentum/scan_picture.h"
 #include "omentum/world.h"
+#include "omentum/world_cloud.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it
 #define MATCH_NGRASP 3      // views of an attachment case
@@ -126,7 +126,7 @@ void om__match_truth_done(MatchTruth* truth);
 // plane have neither depth nor colour, so that a share `seen` of them stays.
 OmStatus om__match_observe(const MatchTruth* truth, const MatchMove* move, MatchView view,
                            double seen, bool keeps_far, OmObservation* obs);
-// The scan of a view, with points `spacing` apart; 0: the default of om_scan_default_def.
+// The scan of a view, with points `spacing` apart; 0: om_site_spacing.
 OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
                         const MatchCase* c, double spacing, OmScan* scan);
 // What a robot knows of its grasps at the picture. Returns their number.

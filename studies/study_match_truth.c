@@ -421,11 +421,11 @@ OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const Match
                         const MatchCase* c, double spacing, OmScan* scan) {
     OmObservation obs;
     OM_TRY(om__match_observe(truth, move, c->view, c->seen, c->keeps_far, &obs));
-    OmScanDef def = om_scan_default_def(NULL, twin);
+    OmScanDef def = om_scan_default_def(om_site_spacing(twin));
+    OmCloudDef space = om_cloud_default_def(NULL, twin);
     if (spacing > 0) def.spacing = spacing;
-    for (int a = 0; a < obs.narm && c->view != VIEW_BARE; ++a)
-        def.space.psm[a] = &truth->head.psm[a];
-    OmStatus status = om_scan_from_observation(&def, &obs, scan);
+    for (int a = 0; a < obs.narm && c->view != VIEW_BARE; ++a) space.psm[a] = &truth->head.psm[a];
+    OmStatus status = om_scan_from_observation(&def, &space, &obs, scan);
     om_observation_done(&obs);
     return status;
 }

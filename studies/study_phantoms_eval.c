@@ -22,7 +22,7 @@
 #include <string.h>
 
 #include "omentum/match_live.h"
-#include "omentum/scan_picture.h"
+#include "omentum/world_cloud.h"
 #include "studies/study_attach_protocol.h"
 #include "studies/study_match_case.h"
 
@@ -129,9 +129,10 @@ static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double
     size_t n3 = 3 * (size_t)t->site.mesh.nvert;
     OmStatus status;
     OM_TRY_DONE(om__phantoms_observe(t, level, &obs));
-    OmScanDef def = om_scan_default_def(NULL, &b->site);
-    for (int a = 0; a < obs.narm; ++a) def.space.psm[a] = &t->head->psm[a];
-    OM_TRY_DONE(om_scan_from_observation(&def, &obs, &v->scan));
+    const OmScanDef def = om_scan_default_def(om_site_spacing(&b->site));
+    OmCloudDef space = om_cloud_default_def(NULL, &b->site);
+    for (int a = 0; a < obs.narm; ++a) space.psm[a] = &t->head->psm[a];
+    OM_TRY_DONE(om_scan_from_observation(&def, &space, &obs, &v->scan));
     size_t n = (size_t)v->scan.npoint + 1;  // a scan may have no point
     OM_ALLOC_DONE(point, 3 * n);
     OM_ALLOC_DONE(material, 3 * n);

@@ -23,9 +23,8 @@ FLOORS = [
     ["base", "math"],
     ["image", "shape", "solve"],
     ["tissue", "fem", "pbd", "heuristic", "robot", "nn", "report"],
-    ["contact", "sense"],
+    ["contact", "sense", "scan"],
     ["scene", "world"],
-    ["scan"],
     ["match", "umesh", "calibrate", "plan"],
     ["banet"],
     ["defras", "rl"],
@@ -42,6 +41,7 @@ SIDEWAYS = {
     ("pbd", "tissue"): "an engine implements the interface",
     ("heuristic", "tissue"): "an engine implements the interface",
     ("world", "scene"): "a world is built from a scene",
+    ("scan", "sense"): "a scan is made from the pictures of a camera",
 }
 
 PUBLIC_ROOM = {"vec": "math", "body": "world"}  # headers whose name does not begin with the room

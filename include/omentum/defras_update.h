@@ -20,9 +20,9 @@
 
 #include "omentum/banet_update.h"
 #include "omentum/match.h"
-#include "omentum/scan_picture.h"
 #include "omentum/scene.h"
 #include "omentum/world.h"
+#include "omentum/world_cloud.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -56,7 +56,8 @@ typedef enum OmUpdateTiming {  // the tick in which the twin adopts an estimate
 
 typedef struct OmUpdateDef {
     OmCookie cookie;
-    OmScanDef scan;          // how the tissue is found in pictures; its site is borrowed
+    OmScanDef scan;          // how the tissue is found in pictures
+    OmCloudDef space;        // and where it can be; its site is borrowed
     OmSceneUpdate settings;  // latency, number of acquisitions, smallest lift, rest
     // Default null: acquisitions are taken, for listeners, and nothing is estimated. The arms do not wait then, and the
     // newest picture is taken, which may be from before the end of the action.

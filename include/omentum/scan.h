@@ -1,8 +1,8 @@
-/// omentum/scan.h: a scan, the part of the tissue's surface that a camera sees (floor 5; thesis 4.2).
+/// omentum/scan.h: a scan, the part of the tissue's surface that a camera sees (floor 3; thesis 4.2).
 ///
 /// The thesis calls it the intra-operative surface (IOS): points with normals, and triangles between neighbouring
-/// pixels. A scan comes from pictures of a world, from a file, or from a stereo pair. Every method of this room takes
-/// a scan.
+/// pixels. A scan comes from pictures of a world, from a file, or from a stereo pair. Every method of
+/// the room match takes a scan.
 ///
 ///     OmScan scan;
 ///     om_scan_init(npoint, ntri, &scan);

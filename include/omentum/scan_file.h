@@ -1,4 +1,4 @@
-/// omentum/scan_file.h: scans from files and into files (floor 5).
+/// omentum/scan_file.h: scans from files and into files (floor 3).
 ///
 /// A cloud of a scanner or of another program becomes a scan: it comes into the world frame, normals that the file does
 /// not have are estimated, and all normals point to the camera, if its place is known.

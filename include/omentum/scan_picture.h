@@ -1,35 +1,60 @@
-/// omentum/scan_picture.h: a scan from the pictures of a depth camera (floor 5; thesis 4.2).
+/// omentum/scan_picture.h: a scan from the pictures of a depth camera (floor 3; thesis 4.2).
 ///
 /// Every pixel is classified by colour and by space: tissue, tool, or anything else. Neighbouring pixels of tissue are
 /// connected where the surface is continuous. Points about one spacing apart are then chosen on this surface, so that
 /// their density is that of the model's surface also where the surface is oblique. Each point is a mean of pixels near
 /// it, with a normal from a plane through them. Triangles connect points whose neighbourhoods touch.
 ///
-///     OmScanDef def = om_scan_default_def(world, &twin_site);
-///     om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
+///     OmScanDef def = om_scan_default_def(0.004);
+///     OmScanField field = {.hi = ..., .clearance = 0.002, .tool_margin = 0.002};
 ///     OmScan scan;
-///     om_scan_from_observation(&def, &obs, &scan);
+///     om_scan_from_picture(&def, &field, &picture, &scan);
 ///     ... om_scan_done(&scan);
+///
+/// om_scan_from_observation (world_cloud.h) fills in the field from a world and a site.
 #ifndef OMENTUM_SCAN_PICTURE_H
 #define OMENTUM_SCAN_PICTURE_H
 
+#include "omentum/robot.h"
 #include "omentum/scan.h"
-#include "omentum/world_cloud.h"
+#include "omentum/shape_sdf.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+// ---- space: where the tissue can be ------------------------------------------------------------------------------
+
+typedef enum OmScanPlace {  // of a point
+    OM_PLACE_FREE,          // near the task, away from tools and fixed anatomy
+    OM_PLACE_FIXED,         // nearer than `clearance` to board or organ
+    OM_PLACE_FAR,           // outside the reach of the tissue
+    OM_PLACE_TOOL           // nearer than `tool_margin` to a tool, also outside the reach
+} OmScanPlace;
+
+typedef struct OmScanField {  // tools, fixed anatomy and limits at the time of a picture
+    OmPose pose_task_world;
+    OmVec3 lo, hi;        // reach of the tissue, task frame, m
+    bool has_ground;      // a board at the task frame's z = 0
+    const OmSdf* organ;   // fixed anatomy; null: none; borrowed
+    double clearance;     // points nearer to board or organ are fixed, m
+    double tool_margin;   // points nearer to a tool are of the tool, m
+    bool has_every_tool;  // `capsule` has all tools of the field
+    int ncapsule;
+    OmPsmCapsule capsule[OM_MAX_ARM * OM_PSM_NCAPSULE];  // tools at their measured tips
+} OmScanField;
+
+/// Place of a point of the world. A point that is at two of them has the later one in OmScanPlace.
+OM_API OmScanPlace om_scan_field_eval(const OmScanField* field, OmVec3 p);
+
+// ---- a scan ------------------------------------------------------------------------------------------------------
+
 typedef struct OmScanDef {
-    OmCookie cookie;  // set by om_scan_default_def
-    // Tools, fixed anatomy and reach. With colour, `clearance` is not used and `tool_margin` only for grey pixels:
-    // a sheet lies on the board, and grasped tissue lies beside the jaws.
-    OmCloudDef space;
+    OmCookie cookie;      // set by om_scan_default_def
     bool use_color;       // default true; a picture without colour is segmented by space alone
     OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
     OmSenseRange tool;    // colours of tools and highlights; default om_sense_range(OM_PART_TOOL)
-    // m, mean distance of neighbouring points, above 0; default the mean edge of the site's mesh
-    double spacing;
+    double spacing;       // m, mean distance of neighbouring points, above 0
     // m, above 0: neighbouring pixels whose depths differ by more are not connected; default 4 mm
     double max_jump;
     // Triangles with a smaller cosine between normal and ray are left out, 0 to 1; default 0.1.
@@ -42,16 +67,15 @@ typedef struct OmScanDef {
     double noise_a, noise_b;
 } OmScanDef;
 
-/// The arms of `world`, which may be null (no tools are known), and the anatomy of `site`: the robot's own, of role
-/// OM_SITE_TWIN.
-OM_API OmScanDef om_scan_default_def(const OmWorld* world, const OmSite* site);
+OM_API OmScanDef om_scan_default_def(double spacing);
 
-/// The surface of the tissue in the depth picture of an observation (OM_OBSERVE_DEPTH, and OM_OBSERVE_COLOR where
-/// the world has it), which has the arms of the same moment. `pixel` of the scan is filled in.
-/// @return OM_OK (npoint may be 0); OM_INVALID (a definition out of range, an observation without depth, a colour
-///         picture of another size); OM_NO_MEMORY
-OM_API OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* observation,
-                                         OmScan* scan);
+/// The surface of the tissue in a depth picture, with its colour where it has one. `pixel` of the scan is filled in.
+/// @param field  of the same moment. With colour, `clearance` is not used and `tool_margin` only for grey pixels: a
+///               sheet lies on the board, and grasped tissue lies beside the jaws
+/// @return OM_OK (npoint may be 0); OM_INVALID (a definition out of range, no depth, a colour picture of another
+///         size); OM_NO_MEMORY
+OM_API OmStatus om_scan_from_picture(const OmScanDef* def, const OmScanField* field,
+                                     const OmDepthPicture* picture, OmScan* scan);
 
 // ---- colours of a tissue ------------------------------------------------------------------------------------
 

@@ -360,6 +360,8 @@ OM_API void om_site_done(OmSite* site);
 OM_API void om_site_set_numbers(const OmScene* scene, OmSite* site);
 /// m^2, attached area of the site. Twin and world have the same, unless the twin believes otherwise.
 OM_API double om_site_attached_area(const OmSite* site);
+/// m, mean edge of the site's mesh: the spacing of a scan that is matched with it.
+OM_API double om_site_spacing(const OmSite* site);
 /// The material of elements of this tet_label, at this site.
 OM_API OmSiteMaterial om_site_get_material(const OmSite* site, int label);
 

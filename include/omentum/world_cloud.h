@@ -1,4 +1,5 @@
-/// omentum/world_cloud.h: points on the tissue and the visibility of the ROI, from pictures of any world (floor 4).
+/// omentum/world_cloud.h: points and scans of the tissue, and the visibility of the ROI, from pictures of any world
+/// (floor 4).
 ///
 /// A depth camera sees tissue, tools and the anatomy around, and pixels have no labels. A robot knows the poses of its
 /// tools, from measured joints, and the fixed anatomy, from the patient model. Points near tools or fixed anatomy, and
@@ -9,9 +10,16 @@
 ///     OmCloud cloud;
 ///     om_cloud_init(&def, &obs, &cloud);
 ///     ... om_cloud_done(&cloud);
+///
+/// A scan (scan_picture.h) is the surface of the tissue, by colour and by space:
+///
+///     OmScanDef how = om_scan_default_def(om_site_spacing(&twin_site));
+///     om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
+///     om_scan_from_observation(&how, &def, &obs, &scan);
 #ifndef OMENTUM_WORLD_CLOUD_H
 #define OMENTUM_WORLD_CLOUD_H
 
+#include "omentum/scan_picture.h"
 #include "omentum/world.h"
 
 #ifdef __cplusplus
@@ -32,25 +40,10 @@ typedef struct OmCloudDef {
 /// The arms of `world` (null: none is known), and the anatomy of `site`: the robot's own, of role OM_SITE_TWIN.
 OM_API OmCloudDef om_cloud_default_def(const OmWorld* world, const OmSite* site);
 
-typedef enum OmCloudPlace {  // of a point
-    OM_PLACE_FREE,           // near the task, away from tools and fixed anatomy
-    OM_PLACE_FIXED,          // nearer than `clearance` to board or organ
-    OM_PLACE_FAR,            // outside the reach of the tissue
-    OM_PLACE_TOOL            // nearer than `tool_margin` to a tool, also outside the reach
-} OmCloudPlace;
-typedef struct OmCloudField {  // tools and limits at the time of an observation
-    OmCloudDef def;
-    OmPose pose_task_world;
-    OmVec3 lo, hi;  // reach of the tissue, task frame, m
-    int ncapsule;
-    OmPsmCapsule capsule[OM_MAX_ARM * OM_PSM_NCAPSULE];  // tools at their measured tips
-} OmCloudField;
-/// The field of an observation: arms at the time of the depth picture.
+/// The field of an observation: arms at the time of the depth picture. It borrows the site.
 /// @return OM_OK; OM_INVALID (a definition out of range: the message names the field)
 OM_API OmStatus om_cloud_field_init(const OmCloudDef* def, const OmObservation* observation,
-                                    OmCloudField* field);
-/// Place of a point of the world. A point that is at two of them has the later one in OmCloudPlace.
-OM_API OmCloudPlace om_cloud_field_eval(const OmCloudField* field, OmVec3 p);
+                                    OmScanField* field);
 
 typedef struct OmCloud {
     double time;  // s, of the depth picture
@@ -64,6 +57,14 @@ typedef struct OmCloud {
 OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observation,
                               OmCloud* cloud);
 OM_API void om_cloud_done(OmCloud* cloud);
+
+/// The scan of the depth picture of an observation (OM_OBSERVE_DEPTH, and OM_OBSERVE_COLOR where the world has it),
+/// which has the arms of the same moment.
+/// @param def  default om_scan_default_def(om_site_spacing(site))
+/// @return OM_OK (npoint may be 0); OM_INVALID (a definition out of range, an observation without depth, a colour
+///         picture of another size); OM_NO_MEMORY
+OM_API OmStatus om_scan_from_observation(const OmScanDef* def, const OmCloudDef* space,
+                                         const OmObservation* observation, OmScan* scan);
 
 /// Measures the visible fraction of the ROI in the endoscope's pictures (thesis 6.5.3): the pixels with a colour of the
 /// ROI (om_sense_range) over its pixels in a picture without tissue and tools, times the fraction of its

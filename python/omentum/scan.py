@@ -42,14 +42,18 @@ class Scan(Owner):
     def from_observation(cls, observation: Observation, site: Site, world: World | None = None, **fields: Any) -> Scan:
         """The tissue in the depth picture of an observation, and its colour where it has one.
 
-        site: the robot's own. world: whose kinematics show the tools; None: no tools are known. fields of OmScanDef.
+        site: the robot's own. world: whose kinematics show the tools; None: no tools are known. fields of OmScanDef, and
+        of OmCloudDef.
         """
-        definition = lib.om_scan_default_def(world._c if world is not None else None, ctypes.byref(site._c))
+        definition = lib.om_scan_default_def(lib.om_site_spacing(ctypes.byref(site._c)))
+        space = lib.om_cloud_default_def(world._c if world is not None else None, ctypes.byref(site._c))
+        in_space = {name: fields.pop(name) for name in ("clearance", "tool_margin", "reach") if name in fields}
         definition.assign(fields)
+        space.assign(in_space)
         raw, picture = c.OmScan(), c.OmObservation()
         try:
             observation._write(picture)
-            lib.om_scan_from_observation(ctypes.byref(definition), ctypes.byref(picture), ctypes.byref(raw))
+            lib.om_scan_from_observation(ctypes.byref(definition), ctypes.byref(space), ctypes.byref(picture), ctypes.byref(raw))
         finally:
             lib.om_observation_done(ctypes.byref(picture))
         scan = cls.__new__(cls)

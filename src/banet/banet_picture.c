@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "banet/banet_view_internal.h"
-#include "omentum/scan_picture.h"
+#include "omentum/world_cloud.h"
 
 #define FRONT_SHARE 0.8   // of cameras on the side of the grasp's normal
 #define BOARD_RISE 0.25   // sine of the least angle of a camera above the board
@@ -286,14 +286,15 @@ static OmPose miscalibrate(const BanetViewDef* def, OmPose pose_world_camera, Om
 
 static OmStatus make_scan(const Picture* p, const OmCamera* camera, const OmSite* site,
                           OmScan* scan) {
-    OmScanDef how = om_scan_default_def(NULL, site);
-    how.space.reach = REACH;
+    const OmScanDef how = om_scan_default_def(om_site_spacing(site));
+    OmCloudDef space = om_cloud_default_def(NULL, site);
+    space.reach = REACH;
     OmObservation obs = {0};
     obs.rgbd.camera = *camera;
     obs.rgbd.depth = p->depth;
     obs.rgbd.color = (OmPicture){
         .width = camera->width, .height = camera->height, .nchannel = 3, .pixel = p->rgb};
-    OM_TRY(om_scan_from_observation(&how, &obs, scan));
+    OM_TRY(om_scan_from_observation(&how, &space, &obs, scan));
     for (size_t i = 0; i < p->npixel; ++i)
         if (p->id[i] == TOOL) scan->pixel[i] = OM_SCAN_TOOL;
     return OM_OK;

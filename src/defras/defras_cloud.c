@@ -47,7 +47,7 @@ static void cloud_done(Cloud* c) {
 static OmStatus take_cloud(const OmLoop* loop, Cloud* c) {
     const unsigned color = om_world_sources(loop->world) & OM_OBSERVE_COLOR;
     OM_TRY(om_world_observe(loop->world, OM_OBSERVE_DEPTH | color, &c->obs));
-    OM_TRY(om_scan_from_observation(&loop->scan, &c->obs, &c->scan));
+    OM_TRY(om_scan_from_observation(&loop->scan, &loop->space, &c->obs, &c->scan));
     const OmCamera* camera = &c->scan.camera;
     const OmVec3 eye = camera->pose_world_camera.p;
     const OmVec3 axis = om_quat_rotate(camera->pose_world_camera.q, om_vec3(0, 0, 1));

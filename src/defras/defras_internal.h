@@ -4,7 +4,6 @@
 
 #include "omentum/defras_loop.h"
 #include "omentum/match_adopt.h"
-#include "omentum/scan_picture.h"
 #include "omentum/world_cloud.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
@@ -206,6 +205,7 @@ struct OmLoop {
     // computed by defras_cloud.c
     bool has_cloud;  // set at creation: the world observes depth
     OmScanDef scan;
+    OmCloudDef space;
     GraspPoint point[OM_PLAN_MAX_BLOCK];
     int point_tick;                       // of the last look at all blocks
     int nempty[OM_PLAN_MAX_BLOCK];        // times that a jaw closed on nothing there

@@ -209,7 +209,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         om_preplan_get_exposure(loop->preplan, loop->exposure);
     }
     loop->has_cloud = !def->is_by_twin && om_world_sources(def->world) & OM_OBSERVE_DEPTH;
-    loop->scan = om_scan_default_def(def->world, om_body_site(def->twin));
+    loop->scan = om_scan_default_def(om_site_spacing(om_body_site(def->twin)));
+    loop->space = om_cloud_default_def(def->world, om_body_site(def->twin));
     loop->point_tick = -1;
     loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
     loop->rate = loop->person_rate = 1.0;

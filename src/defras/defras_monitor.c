@@ -232,9 +232,9 @@ int om_monitor_next_part_state(const OmSceneMonitor* settings, int state, double
 
 // ---- measured points --------------------------------------------------------------------------------------------
 
-static bool is_tissue(const OmMonitor* m, const OmCloudField* field, const OmDepthPicture* d,
+static bool is_tissue(const OmMonitor* m, const OmScanField* field, const OmDepthPicture* d,
                       int pixel, OmVec3 p) {
-    OmCloudPlace place = om_cloud_field_eval(field, p);
+    OmScanPlace place = om_scan_field_eval(field, p);
     if (!m->def.use_color || !d->color.pixel) return place == OM_PLACE_FREE;
     if (place == OM_PLACE_TOOL || place == OM_PLACE_FAR) return false;
     double hsv[3];
@@ -243,7 +243,7 @@ static bool is_tissue(const OmMonitor* m, const OmCloudField* field, const OmDep
 }
 
 // Points on the tissue, to m->x; returns how many.
-static int measure(OmMonitor* m, const OmCloudField* field, const OmDepthPicture* d) {
+static int measure(OmMonitor* m, const OmScanField* field, const OmDepthPicture* d) {
     const OmCamera* c = &d->camera;
     OmVec3 eye = c->pose_world_camera.p;
     OmVec3 axis = om_quat_rotate(c->pose_world_camera.q, om_vec3(0, 0, 1));
@@ -415,7 +415,7 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
                         int* nvisible) {
     *npoint = *nvisible = 0;
     if (!are_tools_measured(obs)) return OM_OK;
-    OmCloudField field;
+    OmScanField field;
     OM_TRY(om_cloud_field_init(&m->def.space, obs, &field));
     *npoint = measure(m, &field, &obs->rgbd);
     return look(m, obs, x_twin, nvisible);

@@ -37,7 +37,8 @@ OmStatus om_update_estimate_by_banet(void* ctx, int nacquisition, const OmAcquis
 
 OmUpdateDef om_update_default_def(const OmScene* scene, const OmWorld* world, const OmSite* site) {
     return (OmUpdateDef){.cookie = UPDATE_COOKIE,
-                         .scan = om_scan_default_def(world, site),
+                         .scan = om_scan_default_def(om_site_spacing(site)),
+                         .space = om_cloud_default_def(world, site),
                          .settings = scene->update,
                          .timing = om_world_state_size(world) > 0 ? OM_UPDATE_AFTER_LATENCY
                                                                   : OM_UPDATE_WHEN_READY};
@@ -46,7 +47,7 @@ OmUpdateDef om_update_default_def(const OmScene* scene, const OmWorld* world, co
 static OmStatus check_def(const OmUpdateDef* def) {
     const OmSceneUpdate* s = &def->settings;
     OM_CHECK(def->cookie == UPDATE_COOKIE, OM_INVALID, "OmUpdateDef was not made by default_def");
-    OM_CHECK(def->scan.space.site, OM_INVALID, "OmUpdateDef.scan has no site");
+    OM_CHECK(def->space.site, OM_INVALID, "OmUpdateDef.space has no site");
     OM_CHECK(s->latency >= 0 && isfinite(s->latency), OM_INVALID, "OmSceneUpdate.latency is %g s",
              s->latency);
     OM_CHECK(s->keep >= 1 && s->keep <= OM_UPDATE_MAX_KEEP, OM_INVALID,
@@ -67,7 +68,7 @@ OmStatus om_updater_create(const OmUpdateDef* def, OmUpdater** updater) {
     OmUpdater* u = om_calloc(1, sizeof *u);
     if (!u) return OM_NO_MEMORY;
     u->def = *def;
-    u->nvert = def->scan.space.site->mesh.nvert;
+    u->nvert = def->space.site->mesh.nvert;
     for (int a = 0; a < OM_MAX_ARM; ++a) OM_ALLOC_DONE(u->grasp[a].vert, (size_t)u->nvert);
     if (def->nreplay > 0) {
         OM_ALLOC_DONE(u->replay_tick, (size_t)def->nreplay);
@@ -171,7 +172,7 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
     OM_ALLOC_DONE(t->attached, (size_t)u->nvert);
     memcpy(t->attached, attached, (size_t)u->nvert);
     t->data.attached = t->attached;
-    OM_TRY_DONE(om_scan_from_observation(&u->def.scan, obs, &t->data.scan));
+    OM_TRY_DONE(om_scan_from_observation(&u->def.scan, &u->def.space, obs, &t->data.scan));
     keep(u, t);
     t = NULL;
 done:

@@ -4,8 +4,8 @@
 
 #include "omentum/match_acquisition.h"
 #include "omentum/scan_file.h"
-#include "omentum/scan_picture.h"
 #include "omentum/scene_yaml.h"
+#include "omentum/world_cloud.h"
 #include "omentum/world_series.h"
 
 #define MM 1e-3
@@ -257,8 +257,9 @@ static OmStatus read_series(const OmAcquisitionFile* file, const OmSite* site,
     OmObservation obs = {0};
     int at = file->frame_index;
     OM_TRY(om_series_get_frame(series, at, NULL, &obs));
-    OmScanDef def = om_scan_default_def(NULL, site);
-    OmStatus status = om_scan_from_observation(&def, &obs, &a->scan);
+    const OmScanDef def = om_scan_default_def(om_site_spacing(site));
+    const OmCloudDef space = om_cloud_default_def(NULL, site);
+    OmStatus status = om_scan_from_observation(&def, &space, &obs, &a->scan);
     om_observation_done(&obs);
     OM_TRY(status);
     a->time = a->scan.time;

@@ -3,7 +3,7 @@
 // Colour first: a colour in the range of the tissue is tissue, unless its point is out of reach or inside a tool; a
 // grey pixel near a tool's capsules is tool; other colours are other things. The remaining grey pixels are highlights
 // if the surface around their connected piece is mostly tissue and continuous in depth. Without colour, space alone
-// decides (world_cloud.h). Then pixels between two surfaces (depth cameras interpolate) and small pieces are left out.
+// decides (OmScanField). Then pixels between two surfaces (depth cameras interpolate) and small pieces are left out.
 #include <string.h>
 
 #include "scan/scan_internal.h"
@@ -17,25 +17,13 @@
 
 enum { PALE = OM_SCAN_OTHER + 1 };  // grey and away from known tools, while classes are found
 
-static double mean_edge(const OmTetMesh* mesh) {
-    static const unsigned char pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    double sum = 0;
-    for (int e = 0; e < mesh->ntet; ++e)
-        for (int k = 0; k < 6; ++k) {
-            const int* v = mesh->tet_vert + 4 * (size_t)e;
-            sum += om_distance(om_load3(mesh->x, v[pair[k][0]]), om_load3(mesh->x, v[pair[k][1]]));
-        }
-    return mesh->ntet > 0 ? sum / (6.0 * mesh->ntet) : 0;
-}
-
-OmScanDef om_scan_default_def(const OmWorld* world, const OmSite* site) {
+OmScanDef om_scan_default_def(double spacing) {
     OmDepthNoise noise = om_depth_noise_default(0);
     return (OmScanDef){.cookie = COOKIE,
-                       .space = om_cloud_default_def(world, site),
                        .use_color = true,
                        .tissue = om_sense_range(OM_PART_TISSUE),
                        .tool = om_sense_range(OM_PART_TOOL),
-                       .spacing = mean_edge(&site->mesh),
+                       .spacing = spacing,
                        .max_jump = 0.004,
                        .min_cosine = 0.1,
                        .min_area = 25e-6,
@@ -75,7 +63,7 @@ static OmStatus check_def(const OmScanDef* d) {
 }
 
 static OmStatus check_picture(const OmDepthPicture* d) {
-    OM_CHECK(d->depth, OM_INVALID, "the observation has no depth picture");
+    OM_CHECK(d->depth, OM_INVALID, "the picture has no depth");
     OM_CHECK(!d->color.pixel || (d->color.width == d->camera.width &&
                                  d->color.height == d->camera.height && d->color.nchannel >= 3),
              OM_INVALID,
@@ -86,27 +74,25 @@ static OmStatus check_picture(const OmDepthPicture* d) {
 
 // ---- classes of pixels -------------------------------------------------------------------------------------------
 
-static unsigned char class_of_space(const OmCloudField* field, OmVec3 p) {
+static unsigned char class_of_space(const OmScanField* field, OmVec3 p) {
     static const unsigned char class[] = {[OM_PLACE_FREE] = OM_SCAN_TISSUE,
                                           [OM_PLACE_FIXED] = OM_SCAN_OTHER,
                                           [OM_PLACE_TOOL] = OM_SCAN_TOOL,
                                           [OM_PLACE_FAR] = OM_SCAN_OTHER};
-    return class[om_cloud_field_eval(field, p)];
+    return class[om_scan_field_eval(field, p)];
 }
 
 typedef struct Color {
     const OmScanDef* def;
-    OmCloudField field;     // grey pixels
-    OmCloudField bare;      // pixels with a colour of tissue: tools without margin
+    OmScanField field;      // grey pixels
+    OmScanField bare;       // pixels with a colour of tissue: tools without margin
     unsigned char unknown;  // class of a grey pixel away from known tools
 } Color;
 
-static Color make_color(const OmScanDef* def, const OmObservation* obs, const OmCloudField* field) {
+static Color make_color(const OmScanDef* def, const OmScanField* field) {
     Color c = {.def = def, .field = *field, .bare = *field, .unknown = OM_SCAN_UNKNOWN};
-    c.bare.def.tool_margin = 0;
-    if (obs->narm == 0) c.unknown = OM_SCAN_TOOL;
-    for (int a = 0; a < obs->narm && a < OM_MAX_ARM; ++a)
-        if (!def->space.psm[a]) c.unknown = OM_SCAN_TOOL;
+    c.bare.tool_margin = 0;
+    if (!field->has_every_tool) c.unknown = OM_SCAN_TOOL;
     return c;
 }
 
@@ -120,7 +106,7 @@ static unsigned char class_of_color(const Color* c, const ScanPicture* p, int i,
         return hsv[2] < c->def->tissue.value_min ? OM_SCAN_UNKNOWN : OM_SCAN_OTHER;
     if (!om__has_depth(p, i)) return OM_SCAN_UNKNOWN;
     OmVec3 x = om_load3(p->x, i);
-    OmCloudPlace place = om_cloud_field_eval(is_tissue ? &c->bare : &c->field, x);
+    OmScanPlace place = om_scan_field_eval(is_tissue ? &c->bare : &c->field, x);
     if (place == OM_PLACE_TOOL) return OM_SCAN_TOOL;
     if (place == OM_PLACE_FAR) return OM_SCAN_OTHER;
     return is_tissue ? OM_SCAN_TISSUE : PALE;
@@ -227,11 +213,10 @@ static void measure_noise(ScanPicture* p) {
     p->noise_b *= more;
 }
 
-static void classify(const OmScanDef* def, const OmObservation* obs, const OmCloudField* field,
+static void classify(const OmScanDef* def, const OmPicture* color, const OmScanField* field,
                      ScanPicture* p, int* queue) {
-    const OmPicture* color = &obs->rgbd.color;
     bool has_color = def->use_color && color->pixel;
-    Color c = make_color(def, obs, field);
+    Color c = make_color(def, field);
     for (int i = 0; i < p->npixel; ++i) {
         if (has_color)
             p->class[i] =
@@ -263,13 +248,11 @@ static double pixel_angle(const OmCamera* c) {
     return om_norm(om_sub(om_camera_ray(c, u + 0.5, v), om_camera_ray(c, u - 0.5, v)));
 }
 
-OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* obs, OmScan* scan) {
+OmStatus om_scan_from_picture(const OmScanDef* def, const OmScanField* field,
+                              const OmDepthPicture* d, OmScan* scan) {
     memset(scan, 0, sizeof *scan);
     OM_TRY(check_def(def));
-    const OmDepthPicture* d = &obs->rgbd;
     OM_TRY(check_picture(d));
-    OmCloudField field;
-    OM_TRY(om_cloud_field_init(&def->space, obs, &field));
     OmStatus status = OM_OK;
     int* queue = NULL;
     bool* is_seen = NULL;
@@ -287,7 +270,7 @@ OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* obs
     OM_ALLOC_DONE(queue, p.npixel);
     OM_ALLOC_DONE(is_seen, p.npixel);
     spread(&p, om_depth_to_cloud(&d->camera, d->depth, NULL, NULL, -1, p.x, NULL));
-    classify(def, obs, &field, &p, queue);
+    classify(def, &d->color, field, &p, queue);
     drop_small(&p, def->min_area, is_seen, queue);
     OM_TRY_DONE(om__scan_decimate(def, &p, scan));
     scan->time = d->time;

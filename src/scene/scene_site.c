@@ -128,3 +128,15 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
     if (status < 0) om_site_done(site);
     return status;
 }
+
+double om_site_spacing(const OmSite* site) {
+    const OmTetMesh* mesh = &site->mesh;
+    static const unsigned char pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    double sum = 0;
+    for (int e = 0; e < mesh->ntet; ++e)
+        for (int k = 0; k < 6; ++k) {
+            const int* v = mesh->tet_vert + 4 * (size_t)e;
+            sum += om_distance(om_load3(mesh->x, v[pair[k][0]]), om_load3(mesh->x, v[pair[k][1]]));
+        }
+    return mesh->ntet > 0 ? sum / (6.0 * mesh->ntet) : 0;
+}

@@ -32,16 +32,22 @@ static OmStatus check_def(const OmCloudDef* def) {
     return OM_OK;
 }
 
-OmStatus om_cloud_field_init(const OmCloudDef* def, const OmObservation* obs, OmCloudField* field) {
+OmStatus om_cloud_field_init(const OmCloudDef* def, const OmObservation* obs, OmScanField* field) {
     memset(field, 0, sizeof *field);
     OM_TRY(check_def(def));
-    field->def = *def;
-    field->pose_task_world = om_pose_inverse(def->site->pose_world_task);
-    OmVec3 half = def->site->half_size;
+    const OmSite* site = def->site;
+    field->has_ground = site->has_ground;
+    field->organ = site->has_organ ? &site->organ_sdf : NULL;
+    field->clearance = def->clearance;
+    field->tool_margin = def->tool_margin;
+    field->pose_task_world = om_pose_inverse(site->pose_world_task);
+    OmVec3 half = site->half_size;
     OmVec3 out = om_vec3(def->reach, def->reach, def->reach);
     field->lo = om_sub(om_vec3(-half.x, -half.y, 0), out);
     field->hi = om_add(om_vec3(half.x, half.y, 2 * half.z), out);
+    field->has_every_tool = obs->narm > 0;
     for (int a = 0; a < obs->narm; ++a) {
+        if (!def->psm[a]) field->has_every_tool = false;
         if (!def->psm[a]) continue;
         OmPsm psm = *def->psm[a];
         OmVec3 off = om_sub(obs->arm[a].tip.p, om_psm_forward(&psm, obs->arm[a].q).p);
@@ -52,34 +58,9 @@ OmStatus om_cloud_field_init(const OmCloudDef* def, const OmObservation* obs, Om
     return OM_OK;
 }
 
-static bool is_on_tool(const OmCloudField* f, OmVec3 p) {
-    for (int k = 0; k < f->ncapsule; ++k) {
-        const OmPsmCapsule* c = &f->capsule[k];
-        OmVec3 axis = om_sub(c->b, c->a), from = om_sub(p, c->a);
-        double length2 = om_norm2(axis);  // > 0: a jaw or shaft has a length
-        double t = fmax(0, fmin(1, om_dot(from, axis) / length2));
-        double reach = c->radius + f->def.tool_margin;
-        if (om_norm2(om_sub(from, om_scale(t, axis))) < reach * reach) return true;
-    }
-    return false;
-}
-
-OmCloudPlace om_cloud_field_eval(const OmCloudField* f, OmVec3 p) {
-    const OmSite* site = f->def.site;
-    if (is_on_tool(f, p)) return OM_PLACE_TOOL;
-    OmVec3 at = om_pose_apply(f->pose_task_world, p);
-    if (at.x < f->lo.x || at.y < f->lo.y || at.z < f->lo.z) return OM_PLACE_FAR;
-    if (at.x > f->hi.x || at.y > f->hi.y || at.z > f->hi.z) return OM_PLACE_FAR;
-    double clearance = f->def.clearance;
-    if (site->has_ground && at.z < clearance) return OM_PLACE_FIXED;
-    if (site->has_organ && om_sdf_eval(&site->organ_sdf, p, NULL) < clearance)
-        return OM_PLACE_FIXED;
-    return OM_PLACE_FREE;
-}
-
 OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* obs, OmCloud* cloud) {
     memset(cloud, 0, sizeof *cloud);
-    OmCloudField field;
+    OmScanField field;
     OM_TRY(om_cloud_field_init(def, obs, &field));
     OM_CHECK(obs->rgbd.depth, OM_INVALID, "the observation has no depth picture");
     const OmDepthPicture* picture = &obs->rgbd;
@@ -93,7 +74,7 @@ OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* obs, OmCloud*
         float z = picture->depth[i];
         if (!(z > 0) || !isfinite(z)) continue;  // as om_depth_to_cloud
         OmVec3 p = om_load3(cloud->x, k++);
-        if (om_cloud_field_eval(&field, p) != OM_PLACE_FREE) continue;
+        if (om_scan_field_eval(&field, p) != OM_PLACE_FREE) continue;
         om_store3(cloud->x, cloud->n, p);
         cloud->pixel[cloud->n++] = i;
     }
@@ -108,4 +89,12 @@ void om_cloud_done(OmCloud* cloud) {
     om_free(cloud->x);
     om_free(cloud->pixel);
     memset(cloud, 0, sizeof *cloud);
+}
+
+OmStatus om_scan_from_observation(const OmScanDef* def, const OmCloudDef* space,
+                                  const OmObservation* obs, OmScan* scan) {
+    memset(scan, 0, sizeof *scan);
+    OmScanField field;
+    OM_TRY(om_cloud_field_init(space, obs, &field));
+    return om_scan_from_picture(def, &field, &obs->rgbd, scan);
 }

@@ -5,7 +5,7 @@
 #include "world/test_field.h"
 #include "world/world_view.h"
 
-#include "omentum/scan_picture.h"
+#include "omentum/world_cloud.h"
 
 #include <time.h>
 
@@ -140,14 +140,15 @@ static inline ScanQuality scan_quality(const Truth* t, const OmObservation* obs,
 static inline double cpu_ms(void) { return 1e3 * (double)clock() / CLOCKS_PER_SEC; }
 
 /// Make a scan of a view, print its quality and time, and hold it to bounds that are the same for every view.
-static inline ScanQuality check_view(Field* f, const OmScanDef* def, unsigned what,
-                                     const char* name) {
+static inline ScanQuality check_view(Field* f, const OmScanDef* def, const OmSite* site,
+                                     unsigned what, const char* name) {
+    const OmCloudDef space = om_cloud_default_def(f->world, site);
     OmObservation obs = observe(f, what);
     OmScan scan;
     double best = 1e9;
     for (int k = 0; k < 5; ++k) {
         double start = cpu_ms();
-        assert_ok(om_scan_from_observation(def, &obs, &scan));
+        assert_ok(om_scan_from_observation(def, &space, &obs, &scan));
         best = fmin(best, cpu_ms() - start);
         if (k < 4) om_scan_done(&scan);
     }

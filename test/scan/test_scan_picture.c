@@ -12,15 +12,15 @@ static void test_sheet(void** state) {
     scene.rgbd = om_scene_default().rgbd;
     setup(&f, scene);
     assert_ok(om_world_reset(f.world));
-    OmScanDef def = om_scan_default_def(f.world, &f.site);
-    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "sheet at rest");
-    check_view(&f, &def, OM_OBSERVE_DEPTH, "sheet at rest, no colour");
+    OmScanDef def = om_scan_default_def(om_site_spacing(&f.site));
+    check_view(&f, &def, &f.site, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "sheet at rest");
+    check_view(&f, &def, &f.site, OM_OBSERVE_DEPTH, "sheet at rest, no colour");
     grasp_at(&f, 0, om_vec3(-0.048, -0.048, 0.005));
     assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(0.0, -0.02, 0.045)), 0.02));
     for (int i = 0; i < 200; ++i) assert_ok(om_world_advance(f.world, 0.02));
     assert_true(is_holding(&f, 0));
-    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "folded");
-    check_view(&f, &def, OM_OBSERVE_DEPTH, "folded, no colour");
+    check_view(&f, &def, &f.site, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "folded");
+    check_view(&f, &def, &f.site, OM_OBSERVE_DEPTH, "folded, no colour");
     teardown(&f);
 }
 
@@ -34,8 +34,8 @@ static void test_distortion(void** state) {
     memcpy(scene.rgbd.distortion, lens, sizeof lens);
     setup(&f, scene);
     assert_ok(om_world_advance(f.world, 0.02));
-    OmScanDef def = om_scan_default_def(f.world, &f.site);
-    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "distorted");
+    OmScanDef def = om_scan_default_def(om_site_spacing(&f.site));
+    check_view(&f, &def, &f.site, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "distorted");
     teardown(&f);
 }
 
@@ -46,14 +46,15 @@ static void test_more_noise(void** state) {
     OmScene scene = half_held();
     scene.rgbd = om_scene_default().rgbd;
     setup(&f, scene);
-    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    OmScanDef def = om_scan_default_def(om_site_spacing(&f.site));
     OmObservation obs = observe(&f, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
     OmRng rng = om_rng_init(11, 0);
     int npixel = obs.rgbd.camera.width * obs.rgbd.camera.height;
     for (int i = 0; i < npixel; ++i)
         if (obs.rgbd.depth[i] > 0) obs.rgbd.depth[i] += (float)(0.002 * om_rng_normal(&rng));
     OmScan scan;
-    assert_ok(om_scan_from_observation(&def, &obs, &scan));
+    const OmCloudDef space = om_cloud_default_def(f.world, &f.site);
+    assert_ok(om_scan_from_observation(&def, &space, &obs, &scan));
     Truth truth = truth_init(&f, &obs.rgbd.camera);
     ScanQuality q = scan_quality(&truth, &obs, &scan);
     print_message(
@@ -80,9 +81,10 @@ static void test_scan_says_where_from(void** state) {
     setup(&f, half_held());
     assert_ok(om_world_advance(f.world, 0.02));
     OmObservation obs = observe(&f, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
-    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    OmScanDef def = om_scan_default_def(om_site_spacing(&f.site));
     OmScan scan;
-    assert_ok(om_scan_from_observation(&def, &obs, &scan));
+    const OmCloudDef space = om_cloud_default_def(f.world, &f.site);
+    assert_ok(om_scan_from_observation(&def, &space, &obs, &scan));
     assert_near(scan.time, 0.02, 1e-12);
     assert_true(scan.has_camera);
     assert_memory_equal(&scan.camera, &obs.rgbd.camera, sizeof scan.camera);
@@ -116,6 +118,7 @@ enum { WIDTH = 40, HEIGHT = 30 };
 
 typedef struct Made {
     OmSite site;
+    OmCloudDef space;  // no tools are known
     OmObservation obs;
     float depth[WIDTH * HEIGHT];
     unsigned char rgb[3 * WIDTH * HEIGHT];
@@ -135,6 +138,7 @@ static void make_picture(Made* m) {
     memset(m, 0, sizeof *m);
     m->site.pose_world_task = om_pose_identity();
     m->site.half_size = om_vec3(0.06, 0.06, 0.0025);
+    m->space = om_cloud_default_def(NULL, &m->site);
     m->obs.rgbd.depth = m->depth;
     m->obs.rgbd.color = (OmPicture){WIDTH, HEIGHT, 3, m->rgb};
     OmPose pose = om_pose_look_at(om_vec3(0, 0, 0.2), om_vec3(0, 0, 0), om_vec3(0, 1, 0));
@@ -144,7 +148,7 @@ static void make_picture(Made* m) {
 
 static OmScan scan_of(const Made* m, const OmScanDef* def) {
     OmScan scan;
-    assert_ok(om_scan_from_observation(def, &m->obs, &scan));
+    assert_ok(om_scan_from_observation(def, &m->space, &m->obs, &scan));
     assert_ok(om_scan_check(&scan));
     return scan;
 }
@@ -153,18 +157,14 @@ static int class_at(const OmScan* scan, int column, int row) {
     return scan->pixel[row * WIDTH + column];
 }
 
-static OmScanDef made_def(const Made* m) {
-    OmScanDef def = om_scan_default_def(NULL, &m->site);
-    def.spacing = 0.004;
-    return def;
-}
+static OmScanDef made_def(void) { return om_scan_default_def(0.004); }
 
 // Points of a plane lie on it, cover it, and are joined to one piece.
 static void test_plane(void** state) {
     (void)state;
     Made m;
     make_picture(&m);
-    OmScanDef def = made_def(&m);
+    OmScanDef def = made_def();
     OmScan scan = scan_of(&m, &def);
     double area = 0;
     for (int i = 0; i < scan.npoint; ++i) {
@@ -204,7 +204,7 @@ static void test_highlights(void** state) {
         }
     for (int i = 0; i < WIDTH * 4; ++i) paint(&m, i % WIDTH, HEIGHT - 4 + i / WIDTH, 0.2F, green);
     paint(&m, 20, HEIGHT - 2, 0.2F, white);  // a highlight of the board
-    OmScanDef def = made_def(&m);
+    OmScanDef def = made_def();
     def.margin = 0;
     OmScan scan = scan_of(&m, &def);
     assert_int_equal(class_at(&scan, 6, 6), OM_SCAN_TISSUE);
@@ -233,7 +233,7 @@ static void test_steps_and_specks(void** state) {
         if (i % WIDTH >= 20) m.depth[i] = i % WIDTH == 20 ? 0.185F : 0.17F;
     for (int i = 0; i < 9; ++i)
         paint(&m, 5 + i % 3, 5 + i / 3, 0.19F, orange);  // a speck of 9 mm^2
-    OmScanDef def = made_def(&m);
+    OmScanDef def = made_def();
     OmScan scan = scan_of(&m, &def);
     for (int row = 0; row < HEIGHT; ++row) {
         assert_int_equal(class_at(&scan, 20, row), OM_SCAN_UNKNOWN);
@@ -266,8 +266,8 @@ static void test_grazing(void** state) {
     Made m;
     make_picture(&m);
     for (int i = 0; i < WIDTH * HEIGHT; ++i) m.depth[i] = 0.2F + 0.0035F * (float)(i % WIDTH - 20);
-    OmScanDef def = made_def(&m);
-    def.space.reach = 0.2;
+    OmScanDef def = made_def();
+    m.space.reach = 0.2;
     OmScan scan = scan_of(&m, &def);
     // Points are 4 mm apart on the slope, which is 3.6 times as long as in the picture.
     assert_true(scan.npoint > 150 && scan.ntri > 1.4 * scan.npoint);
@@ -295,8 +295,8 @@ static void test_beside_a_tool(void** state) {
     m.obs.narm = 1;
     m.obs.arm[0].tip = om_psm_forward(&psm, q);
     memcpy(m.obs.arm[0].q, q, sizeof q);
-    OmScanDef def = made_def(&m);
-    def.space.psm[0] = &psm;
+    OmScanDef def = made_def();
+    m.space.psm[0] = &psm;
     def.margin = 0;
     OmScan by_color = scan_of(&m, &def);
     int i = 0;
@@ -321,10 +321,11 @@ static void test_bad_input(void** state) {
     (void)state;
     Made m;
     make_picture(&m);
-    const OmScanDef good = made_def(&m);
+    const OmScanDef good = made_def();
     OmScan scan;
-    OmScanDef bad[10];
-    for (int i = 0; i < 10; ++i) bad[i] = good;
+    OmCloudDef space = m.space;
+    OmScanDef bad[9];
+    for (int i = 0; i < 9; ++i) bad[i] = good;
     bad[0].cookie = 0;
     bad[1].spacing = 0;
     bad[2].max_jump = NAN;
@@ -334,21 +335,25 @@ static void test_bad_input(void** state) {
     bad[6].noise_a = -1e-4;
     bad[7].tissue.hue_max = 400;
     bad[8].tool.value_min = 2;
-    bad[9].space.reach = -1;
-    for (int i = 0; i < 10; ++i) {
-        assert_status(om_scan_from_observation(&bad[i], &m.obs, &scan), OM_INVALID);
+    for (int i = 0; i < 9; ++i) {
+        assert_status(om_scan_from_observation(&bad[i], &space, &m.obs, &scan), OM_INVALID);
         assert_null(scan.x);
     }
+    space.reach = -1;
+    assert_status(om_scan_from_observation(&good, &space, &m.obs, &scan), OM_INVALID);
+    assert_null(scan.x);
+    space = m.space;
     m.obs.rgbd.color.width = WIDTH - 1;
-    assert_status(om_scan_from_observation(&good, &m.obs, &scan), OM_INVALID);
+    assert_status(om_scan_from_observation(&good, &space, &m.obs, &scan), OM_INVALID);
     m.obs.rgbd.depth = NULL;
-    assert_status(om_scan_from_observation(&good, &m.obs, &scan), OM_INVALID);
+    assert_status(om_scan_from_observation(&good, &space, &m.obs, &scan), OM_INVALID);
 }
 
 static OmStatus make_scan(void* ctx) {
-    OmScanDef def = made_def(ctx);
+    const Made* m = ctx;
+    const OmScanDef def = made_def();
     OmScan scan;
-    OmStatus status = om_scan_from_observation(&def, &((Made*)ctx)->obs, &scan);
+    OmStatus status = om_scan_from_observation(&def, &m->space, &m->obs, &scan);
     if (status == OM_OK) om_scan_done(&scan);
     return status;
 }

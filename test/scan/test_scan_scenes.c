@@ -12,16 +12,16 @@ static void check_scene(const char* path, int seed, OmVec3 from, OmVec3 to, cons
     OmSite twin;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
     assert_true(om_world_reset(f.world) >= 0);
-    OmScanDef def = om_scan_default_def(f.world, &twin);
+    const OmScanDef def = om_scan_default_def(om_site_spacing(&twin));
     char text[100];
     snprintf(text, sizeof text, "%s at rest", name);
-    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, text);
+    check_view(&f, &def, &twin, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, text);
     from.z += 2 * f.site.half_size.z;
     grasp_at(&f, 0, from);
     assert_ok(om_world_move(f.world, 0, to_world(&f, 0, to), 0.02));
     for (int i = 0; i < 200; ++i) assert_true(om_world_advance(f.world, 0.02) >= 0);
     snprintf(text, sizeof text, "%s %s", name, is_holding(&f, 0) ? "folded" : "with a tool");
-    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, text);
+    check_view(&f, &def, &twin, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, text);
     om_site_done(&twin);
     teardown(&f);
 }
