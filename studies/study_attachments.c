@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "studies/study_attachments.h"
+#include "studies/study_estimate.h"
 
 #define COOKIE 0x57d1a77au
 #define STILL 0.001        // m
@@ -478,11 +479,26 @@ static uint64_t hash_layout(const Att* s, int layout) {
     return om_hash(number, sizeof number, hash);
 }
 
+static void layout_name(const Att* s, int i, char* name, size_t size) {
+    snprintf(name, size, "layout-%02d-%d.bin", s->first + i + 1, s->cells);
+}
+
+static OmStatus tell(const Att* s) {
+    StudyWork work = {"layouts", 0, s->def->is_quick ? 6 : 20, false};
+    for (int i = 0; i < s->nlayout; ++i) {
+        char name[64];
+        layout_name(s, i, name, sizeof name);
+        work.n += !om__study_has_file(s->def->out_dir, name);
+    }
+    return om__study_estimate_tell(&work, 1, 1, s->progress);
+}
+
 static OmStatus run(Att* s) {
+    OM_TRY(tell(s));
     for (int i = 0; i < s->nlayout; ++i) {
         AttResult* r = &s->result[i];
         char name[64];
-        snprintf(name, sizeof name, "layout-%02d-%d.bin", s->first + i + 1, s->cells);
+        layout_name(s, i, name, sizeof name);
         OM_TRY(om_progress_report(s->progress, "layouts", i, s->nlayout));
         uint64_t hash = hash_layout(s, s->first + i);
         if (om__match_load_result(s->def->out_dir, name, hash, r, sizeof *r)) continue;

@@ -16,13 +16,16 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1ca1bu
-#define VERSION 2       // of the model that is compared with the truth
-#define BAR 1.5         // largest error, relative to that of finite elements
-#define COUNTS_FROM 1   // index of the first depth that counts: 15 mm
-#define GEL_LAST 0.020  // m, deepest indentation of the gel
+#define VERSION 2         // of the model that is compared with the truth
+#define NSENSITIVITY 150  // evaluations, for the estimate
+#define SECONDS_EVAL 0.7  // processor time of one with a spacing of 8 mm, for the estimate
+#define BAR 1.5           // largest error, relative to that of finite elements
+#define COUNTS_FROM 1     // index of the first depth that counts: 15 mm
+#define GEL_LAST 0.020    // m, deepest indentation of the gel
 
 const char* const om__study_by_name[NBY] = {"particles_gel", "particles_tuned", "prescribed",
                                             "penalty", "rigid"};
@@ -231,6 +234,16 @@ static void close_fit(StudyFit* fit) {
     om_study_body_destroy(fit->body);
 }
 
+// Of the searches; those of an older report are there. Truths and runs have an estimate of their own.
+static OmStatus tell(const OmStudyCalibrationDef* d, const OmProgress* progress) {
+    const int n = d->population * (d->max_generations + 1) + 2 * d->max_local +
+                  (d->has_sensitivity ? NSENSITIVITY : 0);
+    const bool is_there = om__study_has_file(d->out_dir, "study.json");
+    const StudyWork work = {"evaluations of two searches", is_there ? 0 : n,
+                            SECONDS_EVAL * pow(0.008 / d->spacing, 3), true};
+    return om__study_estimate_tell(&work, 1, d->nworker, progress);
+}
+
 static OmStatus do_gel(StudyCalibration* s, const double* start, const OmProgress* progress) {
     static const int bead[] = {0, 1, 2};
     StudyPlan plan = {3, 0, s->def->nacquisition, bead};
@@ -266,6 +279,7 @@ OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def, const OmProg
     OM_TRY_DONE(om_folder_open(def->out_dir, "calibration study", &folder));
     OM_TRY_DONE(om_study_body_create_gel(&s->gel.body));
     OM_TRY_DONE(om_study_body_create_phantom(def->nlesion, 1, &s->breast.body));
+    OM_TRY_DONE(tell(def, progress));
     OM_TRY_DONE(open_fit(def, "bead", false, progress, &s->gel));
     double begin = om_clock_now();
     OM_TRY_DONE(do_gel(s, start, progress));

@@ -12,12 +12,16 @@
 
 #include "omentum/shape_file.h"
 #include "omentum/tissue.h"
+#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1c027u
 // Ratio of a mesh's elements to the triangles of its boundary that can be in contact.
 #define SURFACE_NTET 6.555
 #define VERSION 2  // part of the hash of a run, besides the definition
+// Processor times for the estimate, s: of a truth with 4,000 elements, and of a run by an element.
+#define SECONDS_TRUTH 22
+#define SECONDS_ELEMENT 4e-4
 
 OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const char* out_dir) {
     OmStudyContactDef def = {
@@ -287,6 +291,29 @@ static OmStatus do_truth(Study* s) {
     return nfound == s->nlesion ? OM_OK : make_truth(s, is_found);
 }
 
+// What the folder does not have; files of other settings count as there.
+static OmStatus tell(const Study* s) {
+    const OmStudyContactDef* def = s->def;
+    double run_seconds = 0;
+    int nrun = 0, ntruth = 0;
+    char path[1024];
+    for (int i = 0; i < s->nlesion; ++i) {
+        OM_TRY(truth_path(s, i, path, sizeof path));
+        ntruth += !om_path_exists(path);
+    }
+    for (int i = 0; i < s->nrun; ++i) {
+        if (!def->has_method[s->run[i].method]) continue;
+        OM_TRY(run_path(s, &s->run[i], path, sizeof path));
+        if (om_path_exists(path)) continue;
+        run_seconds += SECONDS_ELEMENT * s->run[i].resolution;
+        ++nrun;
+    }
+    const double truth_seconds = SECONDS_TRUTH * pow(def->truth_ntet / 4000.0, 1.8);
+    const StudyWork work[] = {{"truths", ntruth, truth_seconds, true},
+                              {"runs", nrun, nrun ? run_seconds / nrun : 0, true}};
+    return om__study_estimate_tell(work, 2, def->nworker, s->progress);
+}
+
 void om__study_close(Study* s) {
     om_free(s->truth);
     for (int i = 0; s->run && i < s->nrun; ++i) om_free(s->run[i].step);
@@ -325,6 +352,7 @@ OmStatus om__study_open(const OmStudyContactDef* def, const OmProgress* progress
     OM_TRY(open_folders(def));
     OM_TRY(begin_runs(s));
     OM_TRY(om_probe_create(&probe, &s->probe));
+    OM_TRY(tell(s));
     OM_TRY(do_truth(s));
     OM_TRY(om__study_get_surface(def, &s->surface));
     return do_runs(s);

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "studies/study_correspondence.h"
+#include "studies/study_estimate.h"
 
 #define COOKIE 0x57d1c0deu
 #define NRUN 3
@@ -197,13 +198,28 @@ static uint64_t hash_case(const Cor* s, const MatchCase* c) {
     return hash;
 }
 
+static void case_name(const Cor* s, int k, char* name, size_t size) {
+    snprintf(name, size, "case-%s%02d.bin", s->def->is_quick ? "quick-" : "", k + 1);
+}
+
+static OmStatus tell(const Cor* s) {
+    StudyWork work = {"cases", 0, s->def->is_quick ? 1.6 : 4, false};
+    for (int k = 0; k < s->ncase; ++k) {
+        char name[64];
+        case_name(s, k, name, sizeof name);
+        work.n += !om__study_has_file(s->def->out_dir, name);
+    }
+    return om__study_estimate_tell(&work, 1, 1, s->progress);
+}
+
 static OmStatus run(Cor* s) {
+    OM_TRY(tell(s));
     for (int k = 0; k < s->ncase; ++k) {
         const MatchCase* c = &s->list[k];
         CorResult* r = &s->result[k];
         char name[64];
         OM_TRY(om_progress_report(s->progress, c->name, k, s->ncase));
-        snprintf(name, sizeof name, "case-%s%02d.bin", s->def->is_quick ? "quick-" : "", k + 1);
+        case_name(s, k, name, sizeof name);
         if (om__match_load_result(s->def->out_dir, name, hash_case(s, c), r, sizeof *r)) continue;
         OM_TRY(run_case(s, c, r));
         ++s->sum.nnew;

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "omentum/banet_net.h"
+#include "studies/study_estimate.h"
 #include "studies/study_kidney_case.h"
 
 #define COOKIE 0x6b1d4e79u
@@ -66,6 +67,10 @@ static OmStatus load_network(Kidney* s, OmBanetNet** net) {
 
 static OmStatus run(Kidney* s) {
     const OmStudyKidneyDef* d = s->def;
+    const bool is_quick = d->is_quick;
+    const StudyWork work[] = {{"samples", d->nsample, is_quick ? 1 : 3, true},
+                              {"runs", s->cases.nstate * d->nrun, is_quick ? 6 : 40, false}};
+    OM_TRY(om__study_estimate_tell(work, 2, d->nworker, s->progress));
     OM_TRY(om__kidney_build_site(&s->scene, OM_SITE_TWIN, -1, &s->twin));
     if (d->nsample > 0) {
         OM_TRY(om__kidney_run_samples(s));

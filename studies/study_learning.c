@@ -21,9 +21,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_estimate.h"
 #include "studies/study_learning_internal.h"
 
 #define COOKIE 0x57d1ea27u
+// Processor times of a step for the estimate, s: of "retract", and of the tasks without tissue.
+#define SECONDS_RETRACT 1.7e-3
+#define SECONDS_STEP 5e-5
+#define NSTEP_EPISODE 100
 #define RISE 0.9  // share of the rise of the return
 enum { SIDE = 7, MAX_SETTING = 32, NAME = 64, FIRST_SEED = 1 };
 
@@ -462,6 +467,31 @@ static void learning_done(Learning* s) {
         }
 }
 
+// Trainings without a policy in the folder, and evaluations in "reality".
+static OmStatus tell(const Learning* s, const OmProgress* progress) {
+    const OmStudyLearningDef* d = s->def;
+    const double step = strcmp(d->task, "retract") == 0 ? SECONDS_RETRACT : SECONDS_STEP;
+    double seconds = 0;
+    int n = 0, nreality = 0;
+    for (int k = 0; k < d->nseed; ++k)
+        for (int l = 0; l < OM_NLEARNER; ++l) {
+            char name[NAME + 32];
+            snprintf(name, sizeof name, "%s-%d/policy.safetensors",
+                     om_study_learner_name((OmStudyLearner)l), FIRST_SEED + k);
+            if (!d->has[l]) continue;
+            nreality += d->has_reality;
+            if (om__study_has_file(d->out_dir, name)) continue;
+            ++n;
+            if (l == OM_LEARNER_THESIS) seconds += step * (double)d->nstep;
+            if (l == OM_LEARNER_PPO) seconds += step * (double)(d->nstep + d->varied_nstep);
+            if (l == OM_LEARNER_GAIL) seconds += step * (double)d->gail_nstep;
+        }
+    const StudyWork work[] = {
+        {"trainings", n, n ? seconds / n : 0, true},
+        {"evaluations in \"reality\"", nreality, s->nstart * NSTEP_EPISODE * step, true}};
+    return om__study_estimate_tell(work, 2, d->nworker, progress);
+}
+
 // Scores do not depend on the reward, so all policies act in one task.
 static OmStatus run_training(Learning* s, const OmProgress* progress) {
     const OmStudyLearningDef* d = s->def;
@@ -470,7 +500,8 @@ static OmStatus run_training(Learning* s, const OmProgress* progress) {
     OM_TRY(make_eval_task(d, NULL, 0, &task));
     s->nstart = task->nstart > 0 ? task->nstart : 100;
     s->score_name = task->score_name ? task->score_name : "return";
-    OmStatus status = make_demos(s, progress, demos);
+    OmStatus status = tell(s, progress);
+    if (status >= 0) status = make_demos(s, progress, demos);
     for (int k = 0; k < d->nseed && status >= 0; ++k)
         for (int l = 0; l < OM_NLEARNER && status >= 0; ++l)
             if (d->has[l]) status = run_one(s, (OmStudyLearner)l, k, demos, task, progress);

@@ -9,11 +9,13 @@
 #include <string.h>
 
 #include "omentum/umesh_net.h"
+#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1ca2bu
 #define BAR 0.3e-3  // m, largest difference of the network's error to that of finite elements
-#define FIT 0.1     // of the phantom's size: largest difference of the network's organ
+#define SECONDS_LESION 2.5  // processor time with a spacing of 8 mm, for the estimate
+#define FIT 0.1             // of the phantom's size: largest difference of the network's organ
 
 const char* const om__study_method_by_name[OM_STUDY_NBY] = {"finite_elements", "particles", "umesh",
                                                             "rigid"};
@@ -324,6 +326,9 @@ OmStatus om_study_methods_run(const OmStudyMethodsDef* def, const OmProgress* pr
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
+    const StudyWork work = {"lesions for particles and U-Mesh", def->nlesion,
+                            SECONDS_LESION * pow(0.008 / def->spacing, 3), true};
+    OM_TRY_DONE(om__study_estimate_tell(&work, 1, def->nworker, progress));
     OM_TRY_DONE(om_umesh_net_load(def->weights, &net));
     OM_TRY_DONE(om_folder_open(def->out_dir, "methods study", &folder));
     OM_TRY_DONE(open_fit(s, net, progress));

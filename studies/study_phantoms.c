@@ -8,6 +8,7 @@
 
 #include "omentum/banet_net.h"
 #include "studies/study_attach_protocol.h"
+#include "studies/study_estimate.h"
 #include "studies/study_match_case.h"
 #include "studies/study_phantoms_eval.h"
 
@@ -148,6 +149,16 @@ static void list_cases(Phantoms* s) {
 }
 
 // Simulate the lifts that the folder does not have. hash: of each configuration's lifts, network and method.
+static int count_missing(const Phantoms* s) {
+    int n = 0;
+    for (int i = 0; i < s->ncase; ++i) {
+        char name[96];
+        result_name(&s->c[i], name, sizeof name);
+        n += !om__study_has_file(s->def->out_dir, name);
+    }
+    return n;
+}
+
 static OmStatus make_lifts(Phantoms* s, uint64_t* hash) {
     Task* task = om_calloc(PHANTOM_MAX_LIFT, sizeof *task);
     if (!task) return OM_NO_MEMORY;
@@ -170,6 +181,9 @@ static OmStatus make_lifts(Phantoms* s, uint64_t* hash) {
         }
     }
     s->sum.nnew_truth = n;
+    const StudyWork work[] = {{"lifts", n, s->coarse > 1 ? 3 : 20, false},
+                              {"estimates", count_missing(s), s->coarse > 1 ? 12 : 60, false}};
+    if (status == OM_OK) status = om__study_estimate_tell(work, 2, s->def->nworker, s->progress);
     if (status == OM_OK) status = run_tasks(s, task, n, NULL);
     om_free(task);
     return status;

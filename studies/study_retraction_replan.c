@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "studies/study_attach_protocol.h"
+#include "studies/study_estimate.h"
 #include "studies/study_match_case.h"
 #include "studies/study_retraction_internal.h"
 
@@ -41,6 +42,9 @@ OmStatus om__retraction_run_threshold(Retraction* s) {
     memset(t, 0, sizeof *t);
     t->nlayout = s->def->is_quick ? 1 : NLAYOUT;
     ++s->sum.nnew;
+    const StudyWork work = {"layouts for the threshold", t->nlayout, s->def->is_quick ? 1 : 12,
+                            true};
+    OM_TRY(om__study_estimate_tell(&work, 1, s->def->nworker, s->progress));
     OM_TRY(om_retract_calibrate_force(&scene, t->nlayout, s->def->nworker, s->progress, &t->force));
     s->has_threshold = true;
     return om__match_save_result(s->def->out_dir, "threshold.bin", hash, t, sizeof *t);
@@ -105,6 +109,9 @@ OmStatus om__retraction_run_replan(Retraction* s) {
     memset(r, 0, sizeof *r);
     r->nstate = nstate;
     ++s->sum.nnew;
+    const StudyWork work = {"plans", nstate * OM_RETRACTION_NGRID * OM_RETRACTION_NSHARE, 0.02,
+                            true};
+    OM_TRY(om__study_estimate_tell(&work, 1, 1, s->progress));
     for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {
         OM_TRY(om_progress_report(s->progress, "plans", g, OM_RETRACTION_NGRID));
         OmPlannerDef def = om_planner_default_def();

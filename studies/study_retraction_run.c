@@ -3,13 +3,16 @@
 // A run is a folder runs/CASE-ROW with its own report, and a file CASE-ROW.bin with its figures and a hash of the case
 // and the row. A run whose file has the hash of the present case is not made again. Runs are independent of each
 // other: as many as there are workers are made at once, of one thread each, and each writes its figures when it ends.
+// The caller's thread only waits and reports, so that a cancellation reaches all of them within an action.
 //
 // The search for the ceiling moves three times as fast as the arms, as the calibration of 6.5.1 does.
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <time.h>
 
 #include "omentum/base_job.h"
+#include "studies/study_estimate.h"
 #include "studies/study_match_case.h"
 #include "studies/study_retraction_internal.h"
 
@@ -26,6 +29,11 @@
 #define CEILING_BOTH (OM_RETRACTION_NROW + 2)  // a search with both arms
 #define FIRST_GRASPS 5
 #define MAX_WORKER 64
+// Processor times for the estimate, s; a coarse sheet takes 0.15 of them.
+#define SECONDS_PREPLAN 25
+#define SECONDS_DEFRAS 60
+#define SECONDS_FRAS 8
+#define SECONDS_SEARCH 120
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
     "defras",      "fras",     "fras-true", "no-preplan", "no-monitor",
@@ -61,6 +69,7 @@ typedef struct Crew {
     atomic_int status;        // the first failure
     char message[512];        // of the failure
     atomic_flag is_reported;  // a worker has written the message
+    atomic_int nworking;      // jobs that have not returned
 } Crew;
 
 static bool is_search(int row) { return row == CEILING || row == CEILING_BOTH; }
@@ -190,7 +199,7 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
 }
 
 // Plan before for the twin of a task, into the study's folder.
-static OmStatus make_preplan(const Retraction* s, Task* t) {
+static OmStatus make_preplan(const Retraction* s, Task* t, const OmProgress* alive) {
     char name[96], path[MAX_PATH];
     OmPreplanDef def = om_preplan_default_def(&t->scene);
     OmPreplan* plan;
@@ -198,7 +207,7 @@ static OmStatus make_preplan(const Retraction* s, Task* t) {
     preplan_name(&t->result->c, name, sizeof name);
     OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
     OM_ALLOC(plan, 1);
-    OmStatus status = om_preplan_run(&def, NULL, plan);
+    OmStatus status = om_preplan_run(&def, alive, plan);
     if (status == OM_OK) status = om_preplan_save(plan, path);
     om_free(plan);
     return status;
@@ -212,7 +221,7 @@ OmStatus om__retraction_load_preplan(const Retraction* s, const RetractionCase* 
     return om_preplan_load(path, plan);
 }
 
-static OmStatus make_run(const Retraction* s, Task* t) {
+static OmStatus make_run(const Retraction* s, Task* t, const OmProgress* alive) {
     char name[96], path[MAX_PATH];
     OmRetractResult result;
     OmPreplan* plan = NULL;
@@ -229,7 +238,7 @@ static OmStatus make_run(const Retraction* s, Task* t) {
         OM_TRY_DONE(om__retraction_load_preplan(s, &t->result->c, plan));
         def.preplan = plan;
     }
-    OM_TRY_DONE(om_retract_run(&def, NULL, &result));
+    OM_TRY_DONE(om_retract_run(&def, alive, &result));
     keep(&t->scene, &result, &t->result->run[t->row]);
     om_retract_result_done(&result);
 done:
@@ -237,11 +246,11 @@ done:
     return status;
 }
 
-static OmStatus make_ceiling(Task* t) {
+static OmStatus make_ceiling(Task* t, const OmProgress* alive) {
     RetractionCeiling* c = &t->found;
     const OmSceneTask* task = &t->scene.task;
     const double limit = RETRACTION_MAX_FORCE * task->force_threshold;
-    OM_TRY(om_retract_search_both(&t->scene, limit, t->row == CEILING ? 0 : FIRST_GRASPS, 1, NULL,
+    OM_TRY(om_retract_search_both(&t->scene, limit, t->row == CEILING ? 0 : FIRST_GRASPS, 1, alive,
                                   &c->best));
     c->is_possible = c->best.nexposed > 0;
     return OM_OK;
@@ -281,47 +290,66 @@ static void mark(const Task* t) {
         t->result->has_run[t->row] = true;
 }
 
-static OmStatus make(const Retraction* s, Task* t) {
-    OmStatus status = t->row == PREPLAN   ? make_preplan(s, t)
-                      : is_search(t->row) ? make_ceiling(t)
-                                          : make_run(s, t);
+static OmStatus make(const Retraction* s, Task* t, const OmProgress* alive) {
+    OmStatus status = t->row == PREPLAN   ? make_preplan(s, t, alive)
+                      : is_search(t->row) ? make_ceiling(t, alive)
+                                          : make_run(s, t, alive);
     if (status >= 0) status = save(s, t);
     t->is_done = status >= 0;
     return status;
 }
 
-// Take tasks until none is left. The caller's thread reports for all.
-static void work(Crew* c, bool is_caller) {
-    while (atomic_load(&c->status) == OM_OK) {
-        const int i = atomic_fetch_add(&c->next, 1);
-        if (i >= c->ntask) return;
-        OmStatus status = make(c->s, &c->task[i]);
-        const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
-        if (status >= 0 && is_caller)
-            status = om_progress_report(c->s->progress, c->stage, ndone, c->ntask);
-        if (status < 0 && !atomic_flag_test_and_set(&c->is_reported)) {
-            snprintf(c->message, sizeof c->message, "%s: %s", c->task[i].name, om_error_message());
-            atomic_store(&c->status, status);
-        }
-    }
+// A run continues as long as no other one has failed and the study is not cancelled.
+static bool is_alive(void* ctx, const char* stage, double done, double total) {
+    Crew* c = ctx;
+    (void)stage, (void)done, (void)total;
+    return atomic_load(&c->status) == OM_OK;
 }
 
-static OmStatus help(void* ctx, const OmProgress* progress) {
+static void fail(Crew* c, const char* name, OmStatus status) {
+    if (atomic_flag_test_and_set(&c->is_reported)) return;
+    snprintf(c->message, sizeof c->message, "%s%s%s", name, name[0] ? ": " : "",
+             om_error_message());
+    atomic_store(&c->status, status);
+}
+
+// Take tasks until none is left.
+static OmStatus work(void* ctx, const OmProgress* progress) {
+    Crew* c = ctx;
+    const OmProgress alive = {is_alive, c};
     (void)progress;
-    work(ctx, false);
-    return OM_OK;
+    while (atomic_load(&c->status) == OM_OK) {
+        const int i = atomic_fetch_add(&c->next, 1);
+        if (i >= c->ntask) break;
+        OmStatus status = make(c->s, &c->task[i], &alive);
+        if (status < 0)
+            fail(c, c->task[i].name, status);
+        else
+            atomic_fetch_add(&c->ndone, 1);
+    }
+    atomic_fetch_sub(&c->nworking, 1);
+    return OM_OK;  // the crew has the status
 }
 
 // Jobs of their own, not om_parallel_team: a team that begins on a busy machine has fewer workers to its end, and this
-// one lasts for hours.
+// one lasts for hours. Without a thread to be had, the caller's makes all runs.
 static void run_crew(Crew* c, int nworker) {
+    const struct timespec pause = {0, 100 * 1000 * 1000};
     OmJob* job[MAX_WORKER];
     int njob = 0;
     if (nworker > c->ntask) nworker = c->ntask;
     if (nworker > MAX_WORKER) nworker = MAX_WORKER;
-    while (njob < nworker - 1 && om_job_start(help, c, &job[njob]) == OM_OK) ++njob;
-    work(c, true);
-    for (int k = 0; k < njob; ++k) om_job_join(job[k]);  // the crew has the status
+    atomic_store(&c->nworking, nworker);
+    while (njob < nworker && om_job_start(work, c, &job[njob]) == OM_OK) ++njob;
+    atomic_fetch_sub(&c->nworking, nworker - njob);
+    if (njob == 0) (void)work(c, NULL);
+    while (atomic_load(&c->nworking) > 0) {
+        OmStatus status =
+            om_progress_report(c->s->progress, c->stage, atomic_load(&c->ndone), c->ntask);
+        if (status < 0) fail(c, "", status);
+        nanosleep(&pause, NULL);
+    }
+    for (int k = 0; k < njob; ++k) om_job_join(job[k]);
 }
 
 // Run n tasks. After a failure no other one is begun; the tasks that were finished count.
@@ -338,7 +366,8 @@ static OmStatus run_tasks(Retraction* s, const char* stage, Task* task, int n) {
     for (int k = 0; k < n; ++k)
         if (task[k].is_done) mark(&task[k]);
     const int status = atomic_load(&c.status);
-    return status == OM_OK ? OM_OK : om_error((OmStatus)status, "%s", c.message);
+    if (status == OM_OK) return om_progress_report(s->progress, stage, n, n);
+    return om_error((OmStatus)status, "%s", c.message);
 }
 
 // Does the user want this task, a run or a search, if it is not in the folder?
@@ -394,34 +423,54 @@ static OmStatus list_searches_both(Retraction* s, Task* task, int* n) {
 }
 
 // Plans before that are not in the folder, each once.
-static OmStatus make_preplans(Retraction* s, const Task* task, int n, Task* plan) {
-    int nplan = 0;
+static void list_preplans(const Retraction* s, const Task* task, int n, Task* plan, int* nplan) {
+    *nplan = 0;
     for (int i = 0; i < n; ++i) {
-        char name[96], other[96], path[MAX_PATH];
+        char name[96], other[96];
         bool is_listed = false;
         if (!has_preplan(task[i].row)) continue;
         preplan_name(&task[i].result->c, name, sizeof name);
-        for (int k = 0; k < nplan; ++k) {
+        for (int k = 0; k < *nplan; ++k) {
             preplan_name(&plan[k].result->c, other, sizeof other);
             is_listed = is_listed || strcmp(name, other) == 0;
         }
-        OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
-        if (is_listed || om_path_exists(path)) continue;
-        plan[nplan] = task[i];
-        plan[nplan++].row = PREPLAN;
+        if (is_listed || om__study_has_file(s->def->out_dir, name)) continue;
+        plan[*nplan] = task[i];
+        plan[(*nplan)++].row = PREPLAN;
     }
-    return run_tasks(s, "plans before", plan, nplan);
+}
+
+// Runs and plans before that are missing; searches that do not wait for their outcome.
+static OmStatus tell(const Retraction* s, const Task* task, int n, int nplan) {
+    int nfras = 0, nsearch = 0;
+    for (int i = 0; i < n; ++i)
+        nfras += task[i].row == OM_RETRACTION_FRAS || task[i].row == OM_RETRACTION_FRAS_TRUE;
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionResult* r = &s->result[i];
+        char name[96];
+        snprintf(name, sizeof name, "%s-search.bin", r->c.name);
+        nsearch += is_asked(s, r, CEILING) && om__retraction_is_searched(r) &&
+                   !om__study_has_file(s->def->out_dir, name);
+    }
+    const double quick = s->def->is_quick ? 0.15 : 1;
+    const StudyWork work[] = {{"plans before", nplan, SECONDS_PREPLAN * quick, false},
+                              {"runs of DEFRAS", n - nfras, SECONDS_DEFRAS * quick, false},
+                              {"runs of FRAS", nfras, SECONDS_FRAS * quick, false},
+                              {"searches", nsearch, SECONDS_SEARCH * quick, false}};
+    return om__study_estimate_tell(work, 4, s->def->nworker, s->progress);
 }
 
 OmStatus om__retraction_run_cases(Retraction* s) {
     const size_t most = (size_t)s->ncase * OM_RETRACTION_NROW + 1;
-    int n = 0;
+    int n = 0, nplan = 0;
     OmStatus status;
     Task *task = NULL, *plan = NULL;
     OM_CALLOC_DONE(task, most);
     OM_CALLOC_DONE(plan, most);
     OM_TRY_DONE(list_runs(s, task, &n));
-    OM_TRY_DONE(make_preplans(s, task, n, plan));
+    list_preplans(s, task, n, plan, &nplan);
+    OM_TRY_DONE(tell(s, task, n, nplan));
+    OM_TRY_DONE(run_tasks(s, "plans before", plan, nplan));
     OM_TRY_DONE(run_tasks(s, "runs", task, n));
     n = 0;
     OM_TRY_DONE(list_searches(s, task, &n));

@@ -8,11 +8,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_estimate.h"
 #include "studies/study_sheet_internal.h"
 
 #define COOKIE 0x57d15ee7u
 #define MAX_FILE ((size_t)64 << 20)
 #define MAX_PATH 1024
+#define SECONDS_EVAL 0.14  // processor time of an evaluation with 10 cells, for the estimate
 
 const double om__study_sheet_pinch[OM_STUDY_NPINCH][2] = {
     {0.042, 0}, {0.042, 0.038}, {0.042, -0.038}, {0.010, 0.042}, {0.010, -0.042}};
@@ -271,7 +273,21 @@ static OmStatus run_fold(Sheet* s, SheetFold* f) {
     return eval_all(s, f->result.best, &f->error);
 }
 
+// Of searches that have no report yet.
+static OmStatus tell(const Sheet* s) {
+    const OmStudySheetDef* d = s->def;
+    StudyWork work = {"evaluations", 0, SECONDS_EVAL * pow(d->cells / 10.0, 2), true};
+    for (int k = 0; k < (d->has_all_folds ? OM_STUDY_NPINCH : 1); ++k) {
+        char name[64];
+        snprintf(name, sizeof name, "without-%d/report.html", k + 1);
+        if (!om__study_has_file(d->out_dir, name))
+            work.n += d->population * (d->generations + 1) + d->local_evaluations;
+    }
+    return om__study_estimate_tell(&work, 1, d->nworker, s->progress);
+}
+
 static OmStatus run(Sheet* s) {
+    OM_TRY(tell(s));
     OM_TRY(put_setup(s));
     OM_TRY(get_clouds(s));
     double begin = om_clock_now();

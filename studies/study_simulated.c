@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "omentum/banet_net.h"
+#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 #include "studies/study_match_case.h"
 #include "studies/study_simulated_internal.h"
@@ -17,7 +18,8 @@
 #define COOKIE 0x51b41a7eu
 #define NSAMPLE 380
 #define QUICK_SEED 40
-#define BATCH 4  // samples of a worker
+#define BATCH 4             // samples of a worker
+#define SECONDS_SAMPLE 2.2  // processor time, for the estimate
 
 const char* const om__sim_set_name[SIM_NSET] = {"exact", "camera", "board", "two"};
 const char* const om__sim_set_title[SIM_NSET] = {"Test (a), exact displacements",
@@ -262,6 +264,16 @@ static int next_case(const Sim* s, int from, int* order) {
     }
 }
 
+static bool is_done(const Sim* s, const SimCase* c) {
+    return c->has_base && (!s->net || c->has_net || !c->base.is_made);
+}
+
+static OmStatus tell(const Sim* s) {
+    StudyWork work = {"samples", 0, SECONDS_SAMPLE, true};
+    for (int i = 0; i < s->ncase; ++i) work.n += !is_done(s, &s->c[i]);
+    return om__study_estimate_tell(&work, 1, s->def->nworker, s->progress);
+}
+
 static OmStatus run_cases(Sim* s) {
     int nitem = BATCH * om_worker_count(s->def->nworker), ndone = 0;
     OmStatus status = OM_OK;
@@ -269,13 +281,13 @@ static OmStatus run_cases(Sim* s) {
     Item* item = om_calloc((size_t)nitem, sizeof *item);
     if (!order || !item) status = OM_NO_MEMORY;
     int n = status == OM_OK ? next_case(s, 0, order) : 0;
+    if (status == OM_OK) status = tell(s);
     for (int k = 0; k < n && status >= 0;) {
         Batch batch = {s, 0, item};
         for (; k < n && batch.n < nitem; ++k) {
             SimCase* c = &s->c[order[k]];
             ++ndone;
-            bool is_done = c->has_base && (!s->net || c->has_net || !c->base.is_made);
-            if (!is_done) item[batch.n++].c = c;
+            if (!is_done(s, c)) item[batch.n++].c = c;
         }
         if (!batch.n) break;
         s->sum.nnew += batch.n;

@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -139,7 +140,11 @@ OmStatus om_cli_int(const OmCliArgs* args, const char* name, int* value) {
 
 #define PATIENCE 0.5  // s
 
+#define END_AFTER \
+    1  // s from the first signal to the end of the program, if work may be ended at any moment
+
 static volatile sig_atomic_t is_interrupted;
+static const char* volatile end_message;
 static void (*volatile restore_terminal)(void);
 static OmProgressBar bar;
 static bool is_bar_quiet;
@@ -158,11 +163,40 @@ static void on_signal(int number) {
         _exit(OM_EXIT_CANCELLED);
     }
     if (!is_interrupted) first = now;
+    if (!is_interrupted && end_message) (void)alarm(END_AFTER);
     is_interrupted = 1;
+}
+
+// The time limit, or the end of the patience with work that does not return.
+static void on_alarm(int number) {
+    if (!is_interrupted) {
+        on_signal(number);
+        return;
+    }
+    if (restore_terminal) restore_terminal();
+    const char* text = end_message;
+    size_t length = 0;
+    while (text[length]) ++length;
+    if (write(STDERR_FILENO, text, length) < 0) _exit(OM_EXIT_CANCELLED);
+    _exit(OM_EXIT_CANCELLED);
+}
+
+void om_cli_set_end(const char* message, double seconds) {
+    struct sigaction action = {.sa_handler = on_alarm};
+    end_message = message;
+    sigaction(SIGALRM, &action, NULL);
+    struct itimerval timer = {.it_value = {(time_t)seconds, 0}};
+    timer.it_value.tv_usec = (suseconds_t)(1e6 * (seconds - (double)timer.it_value.tv_sec));
+    (void)setitimer(ITIMER_REAL, &timer, NULL);  // 0: no limit
 }
 
 static bool report_progress(void* ctx, const char* stage, double done, double total) {
     (void)ctx;
+    if (total < 0) {  // a sentence
+        om_progress_bar_done(&bar);
+        if (!is_bar_quiet) fprintf(stderr, "%s\n", stage);
+        return !is_interrupted;
+    }
     if (!is_bar_quiet) om_progress_bar_draw(&bar, stage, done, total);
     return !is_interrupted;
 }

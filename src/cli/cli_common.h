@@ -98,6 +98,10 @@ int om_cli_result_end(int exit_code);
 // A progress listener on stderr that stops the work after Ctrl-C, SIGTERM or SIGHUP. Quiet if `is_quiet`.
 const OmProgress* om_cli_progress(bool is_quiet);
 void om_cli_progress_done(void);
+// For work whose finished parts are whole on disk at any moment: a second after the first signal the program ends, with
+// this message and OM_EXIT_CANCELLED, if the work has not returned by then. `seconds` after this call it is as after a
+// signal; 0: never. A constant text.
+void om_cli_set_end(const char* message, double seconds);
 bool om_cli_is_interrupted(void);
 // A second Ctrl-C calls this before it ends the program; only calls that a signal handler may make.
 void om_cli_set_restore(void (*restore)(void));

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "omentum/report.h"
 #include "studies/study_kidney.h"
 #include "studies/study_match.h"
@@ -25,8 +25,7 @@ static const OmCliOption att_option[] = {
     {"--cases", NULL, "N", "phantoms: the first N configurations", "24", NULL, 1, 24},
     {"--volume", NULL, "FILE", "kidney: labels of a CT; the left kidney is label 3"},
     {"--weights", "-w", "FILE", "of the network; none: without it", "the weights that come along"},
-    {"--workers", NULL, "N", "threads of simulations", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey att_key[] = {
@@ -55,7 +54,8 @@ static const OmCliKey att_key[] = {
 // What the parts are called with.
 typedef struct Options {
     const char* dir;
-    bool is_quick, is_quiet;
+    bool is_quick;
+    const OmProgress* progress;
     int set, nsample, nsolve, nrun, ncase, nworker;
     const char *weights, *volume;
     char* headline;  // out: the outcome in a sentence (HEADLINE)
@@ -123,7 +123,7 @@ static int run_layouts(const Options* o) {
     def.nworker = o->nworker;
     def.network = o->weights;
     OmStudyAttachmentsSummary summary;
-    OmStatus status = om_study_attachments_run(&def, om_cli_progress(o->is_quiet), &summary);
+    OmStatus status = om_study_attachments_run(&def, o->progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
     print_layouts(&summary, o->dir);
@@ -197,7 +197,7 @@ static int run_simulated(const Options* o) {
     def.weights = o->weights;
     def.nworker = o->nworker;
     OmStudySimulatedSummary summary;
-    OmStatus status = om_study_simulated_run(&def, om_cli_progress(o->is_quiet), &summary);
+    OmStatus status = om_study_simulated_run(&def, o->progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
     print_simulated(&summary, o->dir);
@@ -261,7 +261,7 @@ static int run_phantoms(const Options* o) {
     def.weights = o->weights;
     def.nworker = o->nworker;
     OmStudyPhantomsSummary summary;
-    OmStatus status = om_study_phantoms_run(&def, om_cli_progress(o->is_quiet), &summary);
+    OmStatus status = om_study_phantoms_run(&def, o->progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
     print_phantoms(&summary, o->dir);
@@ -329,7 +329,7 @@ static int run_kidney(const Options* o) {
     def.weights = o->weights;
     def.nworker = o->nworker;
     OmStudyKidneySummary summary;
-    OmStatus status = om_study_kidney_run(&def, om_cli_progress(o->is_quiet), &summary);
+    OmStatus status = om_study_kidney_run(&def, o->progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
     print_kidney(&summary, o->dir);
@@ -447,12 +447,9 @@ int om_cli_study_attachments(int argc, char** argv) {
     if (status >= 0) status = om_cli_int(&args, "--runs", &o.nrun);
     if (status >= 0) status = om_cli_int(&args, "--solves", &o.nsolve);
     if (status >= 0) status = om_cli_int(&args, "--cases", &o.ncase);
-    if (status < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_study_usage();
     o.is_quick = om_cli_get(&args, "--quick") != NULL;
-    o.is_quiet = om_cli_get(&args, "--quiet") != NULL;
+    o.progress = om_cli_study_begin(&args);
     return part ? part->run(&o) : run_all(&o);
 }
 

@@ -1,7 +1,7 @@
 // cli_study_calibration.c: omentum study calibration.
 #include <stdio.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "studies/study.h"
 
 static const OmCliOption option[] = {
@@ -12,8 +12,7 @@ static const OmCliOption option[] = {
     {"--truth", NULL, "N", "elements of the breast's quadratic truth", "12000", NULL, 1000,
      1000000},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth of the breast is used"},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -75,11 +74,8 @@ int om_cli_study_calibration(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyCalibrationSummary summary;
     OmStudyCalibrationDef def = om_study_calibration_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_calibration_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "omentum/shape_file.h"
 #include "studies/study.h"
 
@@ -23,8 +23,7 @@ static const OmCliOption option[] = {
     {"--contact-triangles", NULL, "N", "triangles of the contact surface", "4000", NULL, 100,
      200000},
     {"--truth", NULL, "N", "elements of the quadratic truth", "35000", NULL, 1000, 1000000},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -168,17 +167,14 @@ static OmStatus check_args(const OmCliArgs* args) {
 
 int om_cli_study_contact(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (check_args(&args) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (check_args(&args) < 0) return om_cli_study_usage();
     OmStudyBody* body = NULL;
     OmStudyContactSummary summary;
     const char* const input[] = {om_cli_get(&args, "--mesh"), om_cli_get(&args, "--lesions")};
     OmStatus status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 2);
     if (status == OM_OK) status = get_body(&args, &body);
     OmStudyContactDef def = om_study_contact_default_def(body, om_cli_get(&args, "--output"));
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    const OmProgress* progress = om_cli_study_begin(&args);
     if (status == OM_OK) status = read_def(&args, &def);
     if (status == OM_OK) status = om_study_contact_run(&def, progress, &summary);
     om_study_body_destroy(body);

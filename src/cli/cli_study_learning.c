@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli_rl.h"
+#include "cli_study.h"
 #include "studies/study_learning.h"
 
 enum { MAX_SETTING = 24, KEY = 64 };
@@ -19,8 +20,7 @@ static const OmCliOption option[] = {
     {"--gail-steps", NULL, "N", "steps of a training of GAIL", "32768", NULL, 1, 2e9},
     {"--no-reality", NULL, NULL, "no evaluation in \"reality\""},
     {"--same-task", NULL, NULL, "train in the task of the evaluation, with moves of 0.5 mm"},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -120,11 +120,8 @@ int om_cli_study_learning(int argc, char** argv) {
     char key[MAX_SETTING][KEY];
     OmStudyLearningSummary summary;
     OmStudyLearningDef def = om_study_learning_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, setting, key, &def) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    if (read_def(&args, setting, key, &def) < 0) return om_cli_study_usage();
+    const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_learning_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();

@@ -1,15 +1,14 @@
 // cli_study_match.c: omentum study correspondence.
 #include <stdio.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "studies/study_match.h"
 
 static const OmCliOption cor_option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--quick", NULL, NULL, "four cases on a coarse sheet: under a minute"},
     {"--spacing", NULL, "MM", "of the points of a scan", "2.5", "mm", 2, 20},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey cor_key[] = {
@@ -57,14 +56,11 @@ int om_cli_study_correspondence(int argc, char** argv) {
         status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     if (status >= 0) status = om_cli_double(&args, "--spacing", &spacing);
     if (status >= 0) status = om_cli_int(&args, "--workers", &def.nworker);
-    if (status < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_study_usage();
     def.spacing = 1e-3 * spacing;
     def.is_quick = om_cli_get(&args, "--quick") != NULL;
     OmStudyCorrespondenceSummary summary;
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    const OmProgress* progress = om_cli_study_begin(&args);
     status = om_study_correspondence_run(&def, progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);

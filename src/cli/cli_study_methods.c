@@ -1,7 +1,7 @@
 // cli_study_methods.c: omentum study methods.
 #include <stdio.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "studies/study_methods.h"
 
 static const OmCliOption option[] = {
@@ -13,8 +13,7 @@ static const OmCliOption option[] = {
     {"--lesions-used", NULL, "N", "press over the first N lesions only", "10", NULL, 1, 20},
     {"--truth", NULL, "N", "elements of the quadratic truth", "12000", NULL, 1000, 1000000},
     {"--quick", NULL, NULL, "two lesions, a coarse truth, coarse particles"},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -84,11 +83,8 @@ int om_cli_study_methods(int argc, char** argv) {
     OmStudyMethodsSummary summary;
     char weights[1024] = "";
     OmStudyMethodsDef def = om_study_methods_default_def(om_cli_get(&args, "--output"), weights);
-    if (read_def(&args, &def) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_cli_weights_path(&args, weights, sizeof weights);
     const char* const input[] = {weights};
     if (status == OM_OK) status = om_cli_check_apart(def.out_dir, input, 1);

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "studies/study_retraction.h"
 
 static const OmCliOption option[] = {
@@ -15,9 +15,7 @@ static const OmCliOption option[] = {
      0, 1000},
     {"--first", NULL, "N", "random and alarms: the first pair or sheet, from 0", "0", NULL, 0, 99},
     {"--data", NULL, "DIR", "kidney: the folder that holds ct_abdomen"},
-    {"--workers", NULL, "N", "runs at a time, of one thread each", "one per processor", NULL, 0,
-     OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -100,13 +98,10 @@ static void print_result(const OmStudyRetractionSummary* s, const char* dir) {
 int om_cli_study_retraction(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyRetractionDef def = om_study_retraction_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (read_def(&args, &def) < 0) return om_cli_study_usage();
     om_log_set_sink(NULL, NULL);  // warnings of single runs are in their reports
     OmStudyRetractionSummary summary;
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_retraction_run(&def, progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);

@@ -1,7 +1,7 @@
 // cli_study_sheet.c: omentum study sheet-calibration.
 #include <stdio.h>
 
-#include "cli_common.h"
+#include "cli_study.h"
 #include "studies/study_sheet.h"
 
 static const OmCliOption option[] = {
@@ -9,8 +9,7 @@ static const OmCliOption option[] = {
     {"--quick", NULL, NULL, "coarse particles and elements, few evaluations: under a minute"},
     {"--leave-one-out", NULL, NULL, "leave out each of the five pinch points in turn"},
     {"--seed", NULL, "N", "seed of the search", "1", NULL, 0, 2147483647},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
+    OM_CLI_STUDY_OPTIONS,
 };
 
 static const OmCliKey result_key[] = {
@@ -58,13 +57,10 @@ static void print_result(const OmStudySheetSummary* r, const char* dir) {
 int om_cli_study_sheet(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudySheetDef def = om_study_sheet_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (read_def(&args, &def) < 0) return om_cli_study_usage();
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     OmStudySheetSummary summary;
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_sheet_run(&def, progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
