@@ -123,7 +123,7 @@ function(om_test name file)
     om_test_limits(${name} ${limits})
     # where a quick run leaves cases, sizes or repetitions out, NAME_all runs them all; where it lets only some
     # allocations fail, NAME_allocations lets each of them
-    file(STRINGS ${file} all REGEX "test_is_slow\\(|cmocka_slow_test\\(")
+    file(STRINGS ${file} all REGEX "test_is_slow\\(|test_count\\(|cmocka_slow_test\\(")
     file(STRINGS ${file} stride REGEX "test_stride\\(")
     set(environment OM_TEST_SLOW=1)
     if(all)

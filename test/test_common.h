@@ -69,6 +69,9 @@ static inline void test_limit_time(void) {
 // some.
 static inline bool test_is_slow(void) { return getenv("OM_TEST_SLOW") != NULL; }
 
+/// Repetitions or sizes: `quick` in a quick run, `slow` in the slow one.
+static inline int test_count(int quick, int slow) { return test_is_slow() ? slow : quick; }
+
 /// A case for the slow run only; the file has a quick case that fails where this one would.
 #define cmocka_slow_test(f) \
     { "slow_" #f, f, NULL, NULL, NULL }

@@ -10,6 +10,7 @@ static OmBanetDataDef small_def(const char* dir) {
     def.sample.extent[0] = 0.04;
     def.sample.extent[1] = 0.06;
     def.sample.thickness[0] = 0.01;
+    def.sample.side = 0.6;  // few nodes
     def.sample.way = OM_BANET_EXACT;
     def.nsample = 6;
     def.shard = 4;
@@ -163,7 +164,7 @@ static void test_workers(void** state) {
     assert_true(om_path_exists(file));
     // a sample of the set, made alone
     assert_ok(om_banet_data_load(one.dir, 0, &data));
-    assert_true(data.nsample == 6 && data.first == 0 && data.seed == 77 && data.side == 0.3);
+    assert_true(data.nsample == 6 && data.first == 0 && data.seed == 77 && data.side == 0.6);
     OmBanetSample sample;
     OmBanetCells cells;
     assert_ok(om_banet_sample_make(&def.sample, 5, &sample));

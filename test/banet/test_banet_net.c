@@ -50,7 +50,7 @@ static OmBanetTrainDef small_def(const OmBanetData* data, const char* dir) {
     memcpy(def.channel, (const int[]){16, 16, 16, 16, 16}, sizeof def.channel);
     def.dim[0] = 16, def.dim[1] = 32;  // sheets are 16 wide, one is larger
     def.batch = 8;
-    def.nepoch = 8;
+    def.nepoch = test_count(1, 8);
     def.rate = 0.01;
     def.nworker = 1;
     def.nimage = 2;
@@ -115,7 +115,7 @@ static void test_it_learns_and_resumes(void** state) {
         snprintf(dir[k], sizeof dir[k], "%s", temp_path(k ? "banet_cut" : "banet_whole"));
         (void)om_path_remove(dir[k]);
         OmBanetTrainDef def = small_def(&data, dir[k]);
-        Stop when = {23};
+        Stop when = {test_count(3, 23)};
         const OmProgress progress = {stop, &when};
         if (k) assert_status(om_banet_train(&def, &progress, &s[k]), OM_CANCELLED);
         assert_ok(om_banet_train(&def, NULL, &s[k]));
@@ -123,9 +123,11 @@ static void test_it_learns_and_resumes(void** state) {
         read_all(dir[k], "weights.safetensors", &bytes[k], &size[k]);
     }
     // Attachments of half of the sheets' cells at random have a DSC of about 0.2.
-    assert_true(s[0].dsc > 0.7);
-    assert_true(s[0].tpr > 0.7);
-    assert_below(s[0].ece, 0.05);
+    if (test_is_slow()) {
+        assert_true(s[0].dsc > 0.7);
+        assert_true(s[0].tpr > 0.7);
+        assert_below(s[0].ece, 0.05);
+    }
     assert_int_equal(size[0], size[1]);
     assert_memory_equal(bytes[0], bytes[1], size[0]);
     // The network of the file scores what the training says.
@@ -524,7 +526,7 @@ static void test_no_memory(void** state) {
     snprintf(path, sizeof path, "%s", temp_path("banet_memory.safetensors"));
     assert_ok(om__banet_net_save(net, path));
     om_banet_net_destroy(net);
-    assert_true(test_failing_allocations(predict, path, 7) > 5);
+    assert_true(test_failing_allocations(predict, path, test_stride(7)) > 5);
     remove(path);
 }
 

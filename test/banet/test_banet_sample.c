@@ -20,6 +20,14 @@ static OmBanetSampleDef small_def(uint64_t seed) {
     return def;
 }
 
+// The smallest bodies, for cases about draws and bytes.
+static OmBanetSampleDef tiny_def(uint64_t seed) {
+    OmBanetSampleDef def = small_def(seed);
+    def.extent[0] = 0.04;
+    def.extent[1] = 0.05;
+    return def;
+}
+
 static void test_def(void** state) {
     (void)state;
     OmBanetSampleDef def = om_banet_sample_default_def(1);
@@ -146,7 +154,7 @@ static void check_mesh(const OmBanetSampleDef* def, const OmBanetSample* s) {
 static void test_samples(void** state) {
     (void)state;
     OmBanetSampleDef def = small_def(11);
-    for (int k = 0; k < 6; ++k) {
+    for (int k = test_count(4, 0); k < 6; ++k) {
         def.law = k == 5 ? OM_ST_VENANT_KIRCHHOFF : OM_NEO_HOOKEAN;
         def.two_share = k % 2;
         OmBanetSample s;
@@ -189,7 +197,7 @@ static void test_box(void** state) {
     def.extent[0] = 0.04;
     def.max_dim[0] = def.max_dim[1] = 16;
     int nattempt = 0;
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < test_count(1, 2); ++k) {
         OmBanetSample s;
         assert_ok(om_banet_sample_make(&def, k, &s));
         check_mesh(&def, &s);
@@ -203,7 +211,7 @@ static void test_two_regions(void** state) {
     (void)state;
     OmBanetSampleDef def = small_def(12);
     def.two_share = 1;
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < test_count(1, 4); ++k) {
         OmBanetSample s;
         assert_ok(om_banet_sample_make(&def, k, &s));
         assert_true(count_regions(&s) >= 2);
@@ -216,7 +224,7 @@ static void test_board(void** state) {
     (void)state;
     OmBanetSampleDef def = small_def(13);
     def.board_share = 1;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < test_count(1, 3); ++k) {
         OmBanetSample s;
         assert_ok(om_banet_sample_make(&def, k, &s));
         assert_true(s.has_board);
@@ -249,7 +257,7 @@ static uint64_t hash_sample(const OmBanetSampleDef* def, int64_t index) {
 
 static void test_same_bytes(void** state) {
     (void)state;
-    OmBanetSampleDef def = small_def(14);
+    OmBanetSampleDef def = tiny_def(14);
     uint64_t alone = hash_sample(&def, 3);
     assert_true(hash_sample(&def, 2) != alone);
     assert_true(hash_sample(&def, 3) == alone);
@@ -260,9 +268,10 @@ static void test_same_bytes(void** state) {
 // Both ways come from the same bodies: only what is known of the sample differs.
 static void test_camera(void** state) {
     (void)state;
-    OmBanetSampleDef def = small_def(16);
+    OmBanetSampleDef def = tiny_def(16);
     int ncamera = 0;
-    for (int k = 0; k < 2; ++k) {
+    const int num = test_count(1, 2);
+    for (int k = 0; k < num; ++k) {
         OmBanetSample a, b;
         def.way = OM_BANET_EXACT;
         assert_ok(om_banet_sample_make(&def, k, &a));
@@ -277,17 +286,17 @@ static void test_camera(void** state) {
         om_banet_sample_done(&a);
         om_banet_sample_done(&b);
     }
-    assert_int_equal(ncamera, 2);
+    assert_int_equal(ncamera, num);
 }
 
 // All samples of one body have its mesh.
 static void test_one_body(void** state) {
     (void)state;
-    OmBanetSampleDef def = small_def(18);
+    OmBanetSampleDef def = tiny_def(18);
     OmTetMesh box;
     assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.06, 0.05, 0.01), 12, 10, 2, &box));
     def.body = &box;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < test_count(1, 3); ++k) {
         OmBanetSample s;
         assert_ok(om_banet_sample_make(&def, k, &s));
         assert_int_equal(s.mesh.ntet, box.ntet);
@@ -312,7 +321,7 @@ static void test_no_memory(void** state) {
     OmBanetSampleDef def = small_def(17);
     def.side = 0.6;  // few nodes
     def.two_share = def.board_share = 1;
-    assert_true(test_failing_allocations(make_one, &def, 7) > 10);
+    assert_true(test_failing_allocations(make_one, &def, test_stride(61)) > 2);
 }
 
 int main(void) {

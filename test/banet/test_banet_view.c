@@ -16,6 +16,15 @@ static BanetViewDef exact_def(void) {
     return def;
 }
 
+// A small picture and few steps, for cases that do not measure an error.
+static void make_small(BanetViewDef* def) {
+    def->width = 120;
+    def->height = 90;
+    def->min_tissue = 100;
+    def->min_grasp = 5;
+    def->nstep = 2;
+}
+
 typedef struct Field {
     double *u, *seen;
 } Field;
@@ -37,7 +46,7 @@ static void test_exact(void** state) {
     slab_init(0.05, -0.01, om_vec3(-0.01, 0, 0.035), &s);
     Field f = field_init(&s);
     BanetViewDef def = exact_def();
-    for (uint64_t k = 0; k < 4; ++k) {
+    for (uint64_t k = 0; k < (uint64_t)test_count(1, 4); ++k) {
         OmRng rng = om_rng_init(77, k);
         BanetViewReport report;
         assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, &report), OM_OK);
@@ -64,7 +73,7 @@ static void test_back(void** state) {
     slab_init(0.05, -0.01, om_vec3(-0.01, 0, 0.035), &s);
     Field f = field_init(&s);
     BanetViewDef def = exact_def();
-    for (uint64_t k = 0; k < 4; ++k) {
+    for (uint64_t k = 0; k < (uint64_t)test_count(1, 4); ++k) {
         OmRng rng = om_rng_init(78, k);
         int nface[2] = {0, 0};
         assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, NULL), OM_OK);
@@ -90,7 +99,7 @@ static void test_errors(void** state) {
     BanetViewDef def = om__banet_view_default_def();
     double sum = 0;
     int ngood = 0, nbelief[BELIEF_COUNT] = {0};
-    for (uint64_t k = 0; k < 24; ++k) {
+    for (uint64_t k = 0; k < (uint64_t)test_count(2, 24); ++k) {
         OmRng rng = om_rng_init(79, k);
         BanetViewReport report;
         OmStatus status = om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, &report);
@@ -102,10 +111,12 @@ static void test_errors(void** state) {
         sum += e.median;
         ++ngood;
     }
-    assert_true(ngood >= 8);
+    assert_true(ngood >= test_count(1, 8));
     assert_in_range(1e6 * sum / ngood, 300, 1200);  // the exact field has 200
+    if (!test_is_slow()) goto done;                 // few draws do not meet every belief
     assert_true(nbelief[BELIEF_NONE] && nbelief[BELIEF_FEWER] && nbelief[BELIEF_MORE] &&
                 nbelief[BELIEF_ELSEWHERE] && nbelief[BELIEF_NEARLY]);
+done:
     field_done(&f);
     slab_done(&s);
 }
@@ -122,6 +133,7 @@ static void test_beliefs(void** state) {
         BanetViewDef def = exact_def();
         def.chance[BELIEF_SAME] = 0;
         def.chance[belief] = 1;
+        make_small(&def);
         def.nstep = def.nsettle = 1;
         def.keep_lost = 1;
         OmRng rng = om_rng_init(86, 0);
@@ -148,7 +160,7 @@ static void test_lost(void** state) {
     Field f = field_init(&s);
     BanetViewDef def = om__banet_view_default_def();
     bool is_found = false;
-    for (uint64_t k = 0; k < 16 && !is_found; ++k) {
+    for (uint64_t k = (uint64_t)test_count(1, 0); k < 16 && !is_found; ++k) {  // sample 1 is lost
         OmRng first = om_rng_init(79, k), second = first;
         BanetViewReport r;
         def.keep_lost = 1;
@@ -172,14 +184,17 @@ static void test_repeats(void** state) {
     Field a = field_init(&s), b = field_init(&s);
     BanetViewDef def = om__banet_view_default_def();
     def.keep_lost = 1;
+    make_small(&def);
     OmRng rng[3] = {om_rng_init(80, 0), om_rng_init(80, 0), om_rng_init(80, 1)};
     size_t size = sizeof(double) * 3 * (size_t)s.surface.nvert;
     assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng[0], a.u, a.seen, NULL), OM_OK);
     assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng[1], b.u, b.seen, NULL), OM_OK);
     assert_memory_equal(a.u, b.u, size);
     assert_memory_equal(a.seen, b.seen, size / 3);
-    assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng[2], b.u, b.seen, NULL), OM_OK);
-    assert_memory_not_equal(a.u, b.u, size);
+    if (test_is_slow()) {
+        assert_ok(om__banet_view_measure(&def, &s.truth, &rng[2], b.u, b.seen, NULL));
+        assert_memory_not_equal(a.u, b.u, size);
+    }
     field_done(&a);
     field_done(&b);
     slab_done(&s);
@@ -196,6 +211,7 @@ static void test_no_leak(void** state) {
     def.chance[BELIEF_SAME] = 0;
     def.chance[BELIEF_NONE] = 1;
     def.keep_lost = 1;
+    make_small(&def);
     OmRng rng[2] = {om_rng_init(81, 0), om_rng_init(81, 0)};
     assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng[0], a.u, a.seen, NULL), OM_OK);
     memset(s.attached, 0, (size_t)s.surface.nvert);
@@ -285,7 +301,8 @@ static void test_look(void** state) {
     slab_init(0.05, -0.01, om_vec3(0, 0, 0.03), &s);
     double shift = 0;
     int nhole = 0, nshaft = 0;
-    for (uint64_t k = 0; k < 4; ++k) {
+    const int num = test_count(1, 4);
+    for (uint64_t k = 0; k < (uint64_t)num; ++k) {
         BanetViewDef def = exact_def();
         Looked with, without, noisy, off, holes, board;
         look(&s, &def, k, &with);
@@ -321,8 +338,8 @@ static void test_look(void** state) {
         om_scan_done(&holes.scan);
         om_scan_done(&board.scan);
     }
-    assert_in_range(1e6 * shift / 4, 500, 4000);
-    assert_true(nhole > 500 && nshaft > 50);
+    assert_in_range(1e6 * shift / num, 500, 4000);
+    assert_true(nhole > 125 * num && (nshaft > 12 * num || !test_is_slow()));
     slab_done(&s);
 }
 
@@ -351,11 +368,7 @@ static OmStatus measure_small(void* ctx) {
     Work* w = ctx;
     BanetViewDef def = om__banet_view_default_def();
     def.keep_lost = 1;
-    def.width = 120;
-    def.height = 90;
-    def.min_tissue = 100;
-    def.min_grasp = 5;
-    def.nstep = 2;
+    make_small(&def);
     OmRng rng = om_rng_init(85, 0);
     return om__banet_view_measure(&def, &w->slab.truth, &rng, w->field.u, w->field.seen, NULL);
 }
@@ -365,7 +378,7 @@ static void test_no_memory(void** state) {
     Work w;
     slab_init(0.03, 0, om_vec3(0, 0, 0.01), &w.slab);
     w.field = field_init(&w.slab);
-    assert_true(test_failing_allocations(measure_small, &w, 9) > 10);
+    assert_true(test_failing_allocations(measure_small, &w, test_stride(97)) > 3);
     field_done(&w.field);
     slab_done(&w.slab);
 }

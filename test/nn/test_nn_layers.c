@@ -244,7 +244,9 @@ static OmNet* make_concat(OmRng* rng, bool is_smooth) {
     return finish(net, d);
 }
 
-static void try_layers(MakeFn make, bool is_apart, int count) {
+// Six draws meet every pair of number type and layout, and both numbers of workers; the slow run takes all.
+static void try_layers(MakeFn make, bool is_apart, int most) {
+    const int count = test_count(6, most);
     for (int i = 0; i < count; ++i) {
         OmRng rng = om_rng_init(7, (uint64_t)i);
         Trial t = {.type = i % 3 == 2 && has_bf16() ? OM_BF16 : OM_F32, .is_apart = is_apart};
@@ -259,7 +261,7 @@ static void try_layers(MakeFn make, bool is_apart, int count) {
 static void test_conv(void** state) { (void)state, try_layers(make_conv, false, 24); }
 static void test_winograd(void** state) {
     (void)state;
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < test_count(2, 8); ++i) {
         OmRng rng = om_rng_init(9, (uint64_t)i);
         Trial t = {.layout = OM_LAYOUT_BLOCKED, .batch = 1 + i % 2, .nworker = 1 + i / 2 % 2};
         t.tolerance = 1e-4;  // the transforms multiply by up to 8 and subtract again
@@ -294,6 +296,7 @@ static void try_unet(OmLayerKind norm, OmActivation activation, const Trial* t) 
     float mask[8 * 4 * 4];
     for (int i = 0; i < 128; ++i) mask[i] = (float)(i % 5 != 0);
     def.nlevel = 2;
+    def.base_channels = test_count(8, 16);
     def.activation = activation;
     def.norm = norm;
     def.mask = mask;
@@ -304,6 +307,13 @@ static void try_unet(OmLayerKind norm, OmActivation activation, const Trial* t) 
 
 static void test_unet(void** state) {
     (void)state;
+    if (!test_is_slow()) {
+        try_unet(OM_LAYER_GROUP_NORM, OM_LEAKY_RELU,
+                 &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
+        try_odd_unet((OmNetShape){3, 12, 4, 20}, 2,
+                     &(Trial){.batch = 1, .nworker = 1, .tolerance = 1e-4});
+        return;
+    }
     try_unet(0, OM_LEAKY_RELU, &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
     try_unet(OM_LAYER_BATCH_NORM, OM_TANH, &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
     try_unet(OM_LAYER_GROUP_NORM, OM_TANH, &(Trial){.batch = 1, .nworker = 1, .tolerance = 1e-4});
@@ -357,7 +367,7 @@ static void check_reference(MakeFn make, int index, bool is_apart) {
 
 static void test_reference(void** state) {
     (void)state;
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < test_count(1, 4); ++i) {
         check_reference(make_conv_up, i, false);
         check_reference(make_upsample, i, false);
         check_reference(make_pool, i, true);

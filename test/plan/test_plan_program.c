@@ -237,7 +237,8 @@ static void test_every_statement_is_needed(void** state) {
     const char* program = om_planner_program();
     char* mutant = strdup(program);
     assert_non_null(mutant);
-    int nstatement = 0, nmissed = 0;
+    // a quick run takes out every sixth statement, the slow run each of them
+    int nstatement = 0, nmissed = 0, stride = test_count(6, 1);
     for (const char* s = program; *s;) {
         if (*s == '%') s += strcspn(s, "\n");
         if (*s == ' ' || *s == '\n') {
@@ -253,7 +254,7 @@ static void test_every_statement_is_needed(void** state) {
             memcpy(mutant, program, strlen(program));
             memset(mutant + at, ' ', len);
             nstatement++;
-            if (!is_told(mutant)) {
+            if (nstatement % stride == 0 && !is_told(mutant)) {
                 nmissed++;
                 print_message("no case needs: %.*s\n", (int)len, s);
             }

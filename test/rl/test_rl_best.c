@@ -278,7 +278,7 @@ static OmStatus train_small(void* ctx) {
 static void test_memory(void** state) {
     (void)state;
     OmRlTask* task = task_of("reach", "0.1");
-    assert_true(test_failing_allocations(train_small, task, 3) > 20);
+    assert_true(test_failing_allocations(train_small, task, test_stride(3)) > 20);
     om_rl_task_destroy(task);
 }
 

@@ -33,7 +33,7 @@ static void test_turned(void** state) {
     (void)state;
     OmRng rng = om_rng_init(5, 0);
     const OmRlRetract* made = om__rl_retract(shared);
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < test_count(1, 4); ++k) {
         OmVec3 axis =
             om_normalize(om_vec3(om_rng_normal(&rng), om_rng_normal(&rng), om_rng_normal(&rng)));
         const char* path = in_dir(k % 2 ? "turned.ply" : "turned.stl");
@@ -85,6 +85,7 @@ static void test_task(void** state) {
     assert_near(t->rest_exposure, 0, 0);
     assert_true(task->hash != shared->hash);
     om_rl_task_destroy(task);
+    if (!test_is_slow()) return;
     // "reality" moves the true kidney, not the believed one
     const OmRlSetting moved[] = {{"kidney", path}, {"kidney_shift_x_mm", "2"}};
     assert_ok(om_rl_task_create("retract", moved, 2, &task));
@@ -160,9 +161,9 @@ static void test_allocations(void** state) {
     Work work = {in_dir("ball.nii.gz")};
     assert_ok(om_volume_save(&volume, OM_VOXEL_U8, work.path));
     om_volume_done(&volume);
-    int nfail = test_failing_allocations(load_once, &work, 1);
+    int nfail = test_failing_allocations(load_once, &work, test_stride(11));
     print_message("%d allocations failed\n", nfail);
-    assert_true(nfail > 10);
+    assert_true(nfail > 2);
 }
 
 // ---- the patient ----------------------------------------------------------------------------------------
@@ -221,6 +222,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_turned),        cmocka_unit_test(test_task),
         cmocka_unit_test(test_refused),       cmocka_unit_test(test_allocations),
-        cmocka_unit_test(test_patient_scene), cmocka_unit_test(test_patient_survey)};
+        cmocka_unit_test(test_patient_scene), cmocka_slow_test(test_patient_survey)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

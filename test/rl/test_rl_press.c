@@ -69,7 +69,7 @@ static void test_force(void** state) {
     double force[2];
     for (int k = 0; k < 2; ++k) {
         assert_ok(shared->ops->reset(shared, s, om_rng_init(1, 0), k == 0 ? 0 : 12));
-        for (int n = 0; n < 60; ++n) {
+        for (int n = 0; n < test_count(25, 60); ++n) {
             double reward;
             bool is_end;
             // start 0: the lesion is at (-20, -20) mm, the ball presses at (0, 0)
@@ -86,7 +86,7 @@ static void test_force(void** state) {
     // away from the tissue there is no force, and the tissue rests again
     double reward;
     bool is_end;
-    for (int n = 0; n < 100; ++n)
+    for (int n = 0; n < test_count(30, 100); ++n)
         assert_ok(shared->ops->step(shared, s, (int[4]){0, 0, 2, 0}, &reward, &is_end));
     shared->ops->observe(shared, s, obs);
     assert_near(obs[3], 0, 0);
@@ -102,12 +102,12 @@ static void test_snapshots(void** state) {
     double sum = 0;
     bool is_end;
     assert_ok(shared->ops->reset(shared, a, om_rng_init(4, 0), -1));
-    run(a, &rng, 70, &sum, &is_end);
+    run(a, &rng, 30, &sum, &is_end);
     shared->ops->save(shared, a, block);
     OmRng again = rng;
-    uint64_t first = run(a, &rng, 40, &sum, &is_end);
+    uint64_t first = run(a, &rng, 10, &sum, &is_end);
     shared->ops->restore(shared, b, block);
-    assert_true(run(b, &again, 40, &sum, &is_end) == first);
+    assert_true(run(b, &again, 10, &sum, &is_end) == first);
     om_free(block);
     shared->ops->state_destroy(shared, a);
     shared->ops->state_destroy(shared, b);
@@ -126,12 +126,12 @@ static OmStatus make_all(void* ctx) {
 
 static void test_memory(void** state) {
     (void)state;
-    assert_true(test_failing_allocations(make_all, NULL, 3) > 5);
+    assert_true(test_failing_allocations(make_all, NULL, test_stride(3)) > 5);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_expert_finds), cmocka_unit_test(test_force),
+        cmocka_slow_test(test_expert_finds), cmocka_unit_test(test_force),
         cmocka_unit_test(test_snapshots), cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

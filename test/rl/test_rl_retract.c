@@ -17,17 +17,21 @@ static OmRlRetractState* make_state(const OmRlTask* task) {
     return state;
 }
 
-static OmRlTask* shared;  // default settings
+static OmRlTask* shared;          // default settings
+static OmRlTask* thesis_gripper;  // the thesis's reward, and an action for the gripper
 
 static int setup(void** state) {
     (void)state;
+    const OmRlSetting set[] = {{"reward", "thesis"}, {"gripper", "1"}};
     shared = make(NULL, 0);
+    thesis_gripper = make(set, 2);
     return 0;
 }
 
 static int teardown(void** state) {
     (void)state;
     om_rl_task_destroy(shared);
+    om_rl_task_destroy(thesis_gripper);
     return 0;
 }
 
@@ -81,9 +85,9 @@ static int run_expert(const OmRlTask* task, OmRlRetractState* s, uint64_t seed) 
 static void test_expert(void** state) {
     (void)state;
     const OmRlSetting soft[] = {{"tissue", "thesis"}, {"tip_error_mm", "1.7"}};
-    OmRlTask* thesis = make(soft, 2);
+    OmRlTask* thesis = test_is_slow() ? make(soft, 2) : NULL;
     double sum = 0, lowest = 1;
-    for (int k = 0; k < 4; ++k) {
+    for (int k = test_count(1, 0); k < test_count(2, 4); ++k) {
         const OmRlTask* task = k < 2 ? shared : thesis;
         const OmRlRetract* t = om__rl_retract(task);
         OmRlRetractState* s = make_state(task);
@@ -112,7 +116,7 @@ static void test_expert(void** state) {
     }
     om_rl_task_destroy(thesis);
     assert_true(lowest >= 0.95);
-    assert_true(sum > 0.7);
+    if (thesis) assert_true(sum > 0.7);
 }
 
 static void test_scene(void** state) {
@@ -205,11 +209,11 @@ static void test_action(void** state) {
 // Reward (a) from the formula of 5.4.2 and numbers of the scene written here.
 static void test_thesis_reward(void** state) {
     (void)state;
-    OmRlTask* task = make(&(OmRlSetting){"reward", "thesis"}, 1);
+    OmRlTask* task = thesis_gripper;
     OmRlRetractState* s = make_state(task);
     assert_ok(task->ops->reset(task, s, om_rng_init(3, 0), 10));
     const double d_max = sqrt(0.110 * 0.110 + 0.110 * 0.110 + 0.108 * 0.108);
-    int action[3] = {0, 0, 0};
+    int action[4] = {0, 0, 0, 1};
     double reward;
     bool is_end;
     assert_ok(task->ops->step(task, s, action, &reward, &is_end));
@@ -226,7 +230,6 @@ static void test_thesis_reward(void** state) {
     d = sqrt(pow(p.x - 0, 2) + pow(p.y, 2) + pow(p.z - 0.095, 2));
     assert_near(reward, -0.5 * d / d_max, 1e-12);
     task->ops->state_destroy(task, s);
-    om_rl_task_destroy(task);
 }
 
 // The sum of reward (b) over an episode is the difference of its potential, the cost of steps, and twice the exposure.
@@ -319,19 +322,20 @@ static uint64_t run_vec(int nworker, int nstep) {
 static void test_workers(void** state) {
     (void)state;
     om_worker_force(true);
-    uint64_t one = run_vec(1, 200);
-    assert_true(run_vec(2, 200) == one);
-    assert_true(run_vec(4, 200) == one);
+    const int nstep = test_count(60, 200);
+    uint64_t one = run_vec(1, nstep);
+    assert_true(run_vec(2, nstep) == one);
+    if (test_is_slow()) assert_true(run_vec(4, nstep) == one);
     om_worker_force(false);
 }
 
-// 2,500 random steps: every value is finite (checked by run), also of the fat.
+// Random steps: every value is finite (checked by run), also of the fat.
 static void test_random(void** state) {
     (void)state;
     OmRlRetractState* s = make_state(shared);
     assert_ok(shared->ops->reset(shared, s, om_rng_init(3, 0), 38));
-    run(shared, s, 12, 2500);
-    assert_true(s->now.is_holding);
+    run(shared, s, 12, test_count(400, 2500));
+    if (test_is_slow()) assert_true(s->now.is_holding);
     const double* x = om_tissue_x(s->tissue);
     for (int i = 0; i < 2700; ++i) assert_true(fabs(x[i]) < 0.3);
     shared->ops->state_destroy(shared, s);
@@ -346,7 +350,7 @@ static void test_sleep(void** state) {
     assert_ok(awake->ops->reset(awake, b, om_rng_init(3, 0), 45));
     OmRng rng = om_rng_init(13, 0);
     int nasleep = 0;
-    for (int k = 0; k < 300; ++k) {
+    for (int k = 0; k < test_count(60, 300); ++k) {
         int action[3];
         double ra, rb;
         bool is_end;
@@ -367,7 +371,7 @@ static void test_sleep(void** state) {
 // With a gripper action fat that is released comes to rest again, and sleeps there.
 static void test_release(void** state) {
     (void)state;
-    OmRlTask* task = make(&(OmRlSetting){"gripper", "1"}, 1);
+    OmRlTask* task = thesis_gripper;
     OmRlRetractState* s = make_state(task);
     assert_ok(task->ops->reset(task, s, om_rng_init(3, 0), 31));
     double reward;
@@ -389,7 +393,6 @@ static void test_release(void** state) {
     assert_ok(task->ops->step(task, s, (int[4]){0, 0, 0, 0}, &reward, &is_end));
     assert_true(om_tissue_state_hash(s->tissue) == hash);
     task->ops->state_destroy(task, s);
-    om_rl_task_destroy(task);
 }
 
 static void test_settings(void** state) {
@@ -403,6 +406,7 @@ static void test_settings(void** state) {
     assert_int_equal(om_rl_task_create("retract", &(OmRlSetting){"hold", "0"}, 1, &task),
                      OM_INVALID);
     assert_null(task);
+    if (!test_is_slow()) return;  // as test_horizon_repeat_points of test_rl_retract_settings.c
     const OmRlSetting set[] = {{"repeat", "5"}, {"gripper", "1"}, {"points", "4"}};
     task = make(set, 3);
     assert_int_equal(task->max_step, 500);

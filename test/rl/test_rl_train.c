@@ -386,7 +386,7 @@ static OmStatus train_small(void* ctx) {
 static void test_memory(void** state) {
     (void)state;
     OmRlTask* task = task_of("reach");
-    assert_true(test_failing_allocations(train_small, task, 3) > 20);
+    assert_true(test_failing_allocations(train_small, task, test_stride(3)) > 20);
     om_rl_task_destroy(task);
 }
 
@@ -411,14 +411,14 @@ static void test_refused(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_groups_of_episodes),
-        cmocka_unit_test(test_cart_pole_is_solved),
+        cmocka_slow_test(test_cart_pole_is_solved),
         cmocka_unit_test(test_reach_is_solved),
         cmocka_unit_test(test_workers_and_interruptions),
         cmocka_unit_test(test_demos),
         cmocka_unit_test(test_demos_of_other_moves),
         cmocka_unit_test(test_demos_of_another_tool),
         cmocka_unit_test(test_clone),
-        cmocka_unit_test(test_gail),
+        cmocka_slow_test(test_gail),
         cmocka_unit_test(test_policy_file),
         cmocka_unit_test(test_memory),
         cmocka_unit_test(test_refused),

@@ -272,7 +272,7 @@ static void test_memory(void** state) {
     def.shard = 1;
     def.max_press = 1e-3;
     def.max_force = 0.01;
-    assert_true(test_failing_allocations(generate_work, &def, 7) > 10);
+    assert_true(test_failing_allocations(generate_work, &def, test_stride(7)) > 10);
     assert_true(test_failing_allocations(load_work, &def, 1) > 10);
     assert_ok(om_path_remove(f.dir));
 }

@@ -7,8 +7,9 @@
 #include "omentum/umesh_net.h"
 #include "test_common.h"
 
-#define NSAMPLE 60
-#define NVALID 10
+#define NSAMPLE test_count(8, 60)
+#define NVALID test_count(2, 10)
+#define NELEM test_count(150, 350)
 #define SHARE 0.95  // of the linear answer's error that the network may leave
 
 static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
@@ -16,17 +17,18 @@ static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
 static void make_organ(OmUmeshOrgan** organ) {
     OmPatient patient;
     OmModelReport report;
-    OmModelDef model = om_model_default_def(test_data("ct_abdomen/organs/liver.nii.gz"), 0.008);
+    OmModelDef model = om_model_default_def(test_data("ct_abdomen/organs/liver.nii.gz"),
+                                            test_is_slow() ? 0.008 : 0.016);
     assert_ok(om_model_build(&model, NULL, &patient, &report));
     OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.patient = &patient;
-    def.nelem = 350;
+    def.nelem = NELEM;
     assert_ok(om_umesh_organ_create(&def, organ));
     const OmUmeshGrid* g = om_umesh_organ_grid(*organ);
     printf("liver of %.0f ml: %d elements of %.1f mm, %d x %d x %d points\n",
            1e6 * report.quality.volume, g->fem.mesh.nelem, 1e3 * g->fem.grid.spacing,
            g->fem.grid.dim[0], g->fem.grid.dim[1], g->fem.grid.dim[2]);
-    assert_near(g->fem.mesh.nelem, 350, 4);
+    assert_near(g->fem.mesh.nelem, NELEM, 4);
     assert_near_rel(g->fem.mesh.nelem * pow(g->fem.grid.spacing, 3), report.quality.volume, 0.05);
     om_patient_done(&patient);
 }
@@ -76,6 +78,7 @@ static void test_liver(void** unused) {
     // held by its lowest tenth, lobes bend by decimetres under the phantom's 0.8 N
     def.max_force = 0.1;
     def.npicture = 0;
+    if (!test_is_slow()) def.min_patch = 1;  // elements are large
     assert_ok(om_umesh_generate(&def, NULL, &made));
     assert_int_equal(made.nsample, NSAMPLE);
     assert_ok(om_umesh_data_load(dir, 0, &data));
@@ -83,7 +86,7 @@ static void test_liver(void** unused) {
     snprintf(trained_dir, sizeof trained_dir, "%s/net", dir);
     OmUmeshTrainDef train = om_umesh_train_default_def(&data, trained_dir);
     train.nvalid = NVALID;
-    train.nepoch = 30;
+    train.nepoch = test_count(1, 30);
     train.rate = 2e-3;
     assert_ok(om_umesh_train(&train, NULL, &trained));
     snprintf(path, sizeof path, "%s/weights.safetensors", trained_dir);
@@ -95,9 +98,11 @@ static void test_liver(void** unused) {
     double network = mean_error(net, &data, false), linear = mean_error(net, &data, true);
     assert_near_rel(eval.network_mean, network, 1e-5);  // sums in another order
     assert_near_rel(eval.alone_mean, linear, 1e-5);
-    assert_below(network, SHARE * linear);
-    assert_below(eval.mean, 0.5 * linear);    // relaxed, it is much nearer
-    assert_true(eval.ninside >= NVALID / 2);  // a hundred samples leave much of a liver untouched
+    if (test_is_slow()) assert_below(network, SHARE * linear);
+    if (test_is_slow()) assert_below(eval.mean, 0.5 * linear);  // relaxed, it is much nearer
+    if (test_is_slow())
+        assert_true(eval.ninside >=
+                    NVALID / 2);  // a hundred samples leave much of a liver untouched
     om_umesh_eval_done(&eval);
     om_umesh_net_destroy(net);
     om_umesh_data_done(&data);

@@ -79,7 +79,7 @@ static OmUmeshTrainDef small_def(void) {
     OmUmeshTrainDef def = om_umesh_train_default_def(&data, dir);
     def.nvalid = 8;
     def.nlevel = 1;
-    def.nepoch = 60;
+    def.nepoch = test_count(25, 60);
     def.rate = 2e-3;  // few steps: faster than the default
     def.nworker = 1;
     def.command = "test";
@@ -200,7 +200,7 @@ static void test_train(void** unused) {
     }
     printf("validation error %.4f mm, of %.4f if the rest stayed; %d epochs\n",
            1e3 * sum.valid_error, 1e3 * still, sum.nepoch);
-    assert_below(sum.valid_error, 0.25 * still);
+    assert_below(sum.valid_error, (test_is_slow() ? 0.25 : 0.5) * still);
     assert_ok(om_umesh_train(&def, NULL, &again));
     assert_true(again.is_resumed && again.nstep == sum.nstep);
     assert_near(again.valid_error, sum.valid_error, 0);
@@ -253,7 +253,7 @@ static void test_damage(void** unused) {
         assert_non_null(strstr(om_error_message(), "bad.safetensors"));
     }
     int nrefused = 0;
-    for (int k = 0; k < 200; ++k) {
+    for (int k = 0; k < 200; k += test_count(4, 1)) {
         OmRng rng = om_rng_init(3, (uint64_t)k);
         size_t at = om_rng_below(&rng, k < 100 ? 6000 : (uint32_t)size);
         char old = bytes[at];
@@ -264,8 +264,8 @@ static void test_damage(void** unused) {
         nrefused += status < 0;
         om_umesh_net_destroy(net);
     }
-    printf("%d of 200 flipped bits refused\n", nrefused);
-    assert_true(nrefused > 20);
+    printf("%d flipped bits refused\n", nrefused);
+    assert_true(nrefused > test_count(5, 20));
     om_free(bytes);
     assert_true(om_umesh_net_load("/nonexistent/weights", &net) < 0);
 }
@@ -532,9 +532,9 @@ static OmStatus load_and_predict(void* ctx) {
 
 static void test_memory(void** unused) {
     (void)unused;
-    int nfail = test_failing_allocations(load_and_predict, NULL, 1);
+    int nfail = test_failing_allocations(load_and_predict, NULL, test_stride(7));
     printf("%d allocations failed\n", nfail);
-    assert_true(nfail > 20);
+    assert_true(nfail > 5);
 }
 
 static void test_bad(void** unused) {

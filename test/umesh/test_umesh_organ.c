@@ -32,7 +32,7 @@ static void test_phantom(void** state) {
 // Whatever the spacing, three levels of a U-Net have an axis to halve.
 static void test_halving(void** state) {
     (void)state;
-    for (int nelem = 300; nelem <= 2100; nelem += 600) {
+    for (int nelem = 300; nelem <= test_count(300, 2100); nelem += 600) {
         OmUmeshOrganDef def = om_umesh_organ_default_def();
         OmUmeshOrgan* organ;
         int max = 0;
@@ -211,7 +211,7 @@ static OmStatus create_work(void* ctx) {
 
 static void test_memory(void** state) {
     (void)state;
-    assert_true(test_failing_allocations(create_work, NULL, 4) > 2);
+    assert_true(test_failing_allocations(create_work, NULL, test_stride(13)) > 2);
 }
 
 int main(void) {
