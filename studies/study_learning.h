@@ -88,7 +88,7 @@ typedef struct OmStudyLearning {  // of a learner; means over its seeds
 
 typedef struct OmStudyLearningSummary {
     OmStudyLearning by[OM_NLEARNER];
-    bool is_met;       // every bound of the page doc/rl_learning.md that was measured
+    bool is_met;       // every bound of doc/notes/rl_learning.md that was measured
     char missed[512];  // the missed bounds with their values; "": none
 } OmStudyLearningSummary;
 

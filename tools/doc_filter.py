@@ -9,7 +9,8 @@ The headers write the meaning of a field as a plain comment behind it. Here such
     the first empty line           ->  @file: the comment at the top is the file's, not the first macro's
 
 Lines are neither added nor removed, so that line numbers of warnings stay right. In pages a link to another
-README.md becomes plain words, because Doxygen takes each README.md for a main page.
+README.md becomes plain words, because Doxygen takes each README.md for a main page; so does a link to CONTRIBUTING.md,
+which it does not read.
 """
 import re
 import sys
@@ -49,7 +50,7 @@ def main():
     if path.endswith(".h"):
         lines = header(lines)
     else:
-        lines = (re.sub(r"\[([^]]*)\]\([./a-z]*README\.md\)", r"\1", line) for line in lines)
+        lines = (re.sub(r"\[([^]]*)\]\([./a-z]*(?:README|CONTRIBUTING)\.md(?:#\w+)?\)", r"\1", line) for line in lines)
     sys.stdout.write("\n".join(lines))
 
 

@@ -214,7 +214,7 @@ typedef struct OmNetRunDef {
 } OmNetRunDef;
 OM_API OmNetRunDef om_net_run_default_def(int batch);
 /// The type in which a forward pass is fastest on this processor: OM_BF16 on AMD's processors that multiply it, else
-/// OM_F32 (measured, doc/nn.md).
+/// OM_F32 (measured, doc/notes/nn.md).
 OM_API OmNetType om_net_fast_type(void);
 
 /// Compile: generate code, plan and allocate memory. The calls below allocate nothing.

@@ -1,6 +1,6 @@
 // rl_retract.c: the task "retract": its definition, its settings as text, and its constant part.
 //
-// Method: thesis 5.2-5.4. The scene was fixed before any policy was trained; doc/rl.md has TE by grasping place.
+// Method: thesis 5.2-5.4. The scene was fixed before any policy was trained; doc/notes/rl.md has TE by grasping place.
 #include <math.h>
 #include <string.h>
 
