@@ -7,6 +7,7 @@ A case file has comments (#) and these lines; $TMP is a fresh folder, $ROOT the 
 $OMENTUM is PROGRAM:
 
     write FILE            the following lines indented by four spaces become $TMP/FILE
+    copy FILE             the file beside the case, into $TMP
     $ omentum ARGS...     the command, in shell syntax, run in $TMP; "omentum" is PROGRAM
     exit N                its exit code (needed; one for each command)
     out REGEX             a line of standard output matches (search)
@@ -21,6 +22,7 @@ import pathlib
 import re
 import resource
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -52,8 +54,8 @@ def limit_time():
 
 
 class Case:
-    def __init__(self, program, folder):
-        self.program, self.folder, self.run = program, folder, None
+    def __init__(self, program, folder, beside):
+        self.program, self.folder, self.beside, self.run = program, folder, beside, None
         self.exit_checked = True
 
     def command(self, argument):
@@ -93,6 +95,9 @@ class Case:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text("\n".join(body).rstrip("\n") + "\n")
             return None
+        if verb == "copy":
+            shutil.copy(self.beside / argument, self.folder)
+            return None
         if verb == "$":
             return self.command(argument)
         return self.expect(verb, argument) if self.run else "before any command"
@@ -101,7 +106,7 @@ class Case:
 def main():
     program, case_file = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as folder:
-        case = Case(program, pathlib.Path(folder))
+        case = Case(program, pathlib.Path(folder), case_file.parent)
         for number, verb, argument, body in parse(case_file.read_text()):
             why = case.step(verb, argument, body)
             if why:

@@ -24,6 +24,7 @@ class Runner(unittest.TestCase):
                         self.message)
         self.assertTrue(self.run_case("write a/b.txt\n    one\n    two\n\n$ cat a/b.txt >&2; exit 3\nexit 3\n"
                                       "err ^two$\nno-out\nerr-lines 2\nfile a/b.txt\nno-file c\n"), self.message)
+        self.assertTrue(self.run_case("copy a.cmd\n$ grep -c copy a.cmd\nexit 0\nout ^2$\n"), self.message)
 
     def test_bad(self):
         for text, why in [("$ omentum a\nexit 1\n", "exit code 0"),

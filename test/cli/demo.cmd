@@ -1,0 +1,19 @@
+# omentum demo: from a CT made here to an exposed tumour.
+$ omentum demo --quick -q -o demo
+exit 0
+out ^CT: \d+ x \d+ x \d+ voxels; labels by thresholds, Dice: fat 0\.9\d+, organ 0\.9\d+, tumour 0\.[89]\d+$
+out ^model: \d+ tetrahedra, held at \d+ vertices
+out ^plan before the operation: point
+out ^demo: \d+ % of the ROI exposed
+out report: demo/report\.html
+file demo/report.html
+file demo/ct.nrrd
+file demo/labels.nrrd
+file demo/scene.yaml
+file demo/plan.json
+file demo/model/report.html
+file demo/run/report.html
+
+$ omentum demo --slow
+exit 2
+err-lines 1
