@@ -9,7 +9,8 @@ and the program alone includes theirs. Third-party headers, threads, the allocat
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
 Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
 splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES). The head of a .c
-file is short, comments name no case of a study, and lines of pages are below 200 characters.
+file is short, comments name no case of a study, lines of pages are below 200 characters, and an unreleased version has
+a short change log.
 Ballast: no file of the repository is above 1 MB outside weights/, and none lies in a cache folder.
 """
 import collections
@@ -62,6 +63,7 @@ MAX_HEAD = 25  # lines of the comment at the top of a .c file; measurements and 
 # A case of a study in a comment: what was chosen on one case is a matter of doc/notes.
 CASE = re.compile(r"\b(pairs?|layouts?|alarms?|scenario) \d{2,}\b", re.I)
 MAX_TEXT = 199  # characters of a line of Markdown
+MAX_CHANGELOG = 40  # lines of a version that is not released
 # The first line of a declaration or assignment that the formatter broke.
 SPLIT = re.compile(r"\s*(((static|const|unsigned|struct|enum|typedef|_Atomic)\s+)*[A-Za-z_]\w*\s*\**(\s*\w+,)?|.*[^=!<>]=)")
 PHRASES = re.compile(r"\b(asked for|in its own time|by way of|goes on|go on with|gone on with|what holds|whoever|nobody|"
@@ -298,6 +300,15 @@ class Tree:
                 if len(line) > MAX_TEXT:
                     self.error(path, number, f"{len(line)} characters, the limit is {MAX_TEXT}")
 
+    def check_changelog(self):
+        """What is not released has no history: a user needs one short list."""
+        path = self.root / "CHANGELOG.md"
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        for section in re.finditer(r"^## .*not yet released.*\n((?:(?!## ).*\n?)*)", text, flags=re.M):
+            lines = section.group(1).strip("\n").count("\n") + 1
+            if lines > MAX_CHANGELOG:
+                self.error(path, 0, f"{lines} lines of an unreleased version, the limit is {MAX_CHANGELOG}: merge or shorten")
+
     def check_names(self):
         by_name = collections.defaultdict(list)
         for path in self.files:
@@ -357,8 +368,7 @@ class Tree:
 
     def check_words(self):
         """Comments and pages avoid the phrases of PHRASES, which need a second reading."""
-        pages = [p for f in (".", "doc", "samples") for p in sorted((self.root / f).glob("*.md"))]
-        texts = {**self.text, **{p: p.read_text(encoding="utf-8") for p in pages}}
+        texts = {**self.text, **{p: p.read_text(encoding="utf-8") for p in self.pages()}}
         for path, text in texts.items():
             for number, line in enumerate(text.split("\n"), 1):
                 part = line if path.suffix == ".md" else line[line.find("//"):] if "//" in line else ""
@@ -389,6 +399,7 @@ class Tree:
         self.check_heads()
         self.check_cases()
         self.check_text()
+        self.check_changelog()
         self.check_links()
         self.check_layers()
         self.check_room_order()

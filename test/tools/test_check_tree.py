@@ -57,6 +57,11 @@ class Rules(unittest.TestCase):
         self.assertEqual(self.check({"src/fem/fem_a.c": "int pair(int a);  // a pair of 2 layouts\n",
                                      "test/fem/test_fem_a.c": "// pair 1057\n"}), [])
 
+    def test_changelog(self):
+        head = "# Changelog\n\n## 0.2.0, not yet released\n\n"
+        self.assertEqual(self.check({"CHANGELOG.md": head + "- a\n" * 40 + "\n## 0.1.0\n\n" + "- b\n" * 50}), [])
+        self.assert_breaks({"CHANGELOG.md": head + "- a\n" * 41}, "CHANGELOG.md", "41 lines")
+
     def test_long_line_of_a_page(self):
         for page in ("README.md", "doc/fem.md", "doc/notes/fem.md", "weights/README.md"):
             self.assert_breaks({page: "a\n" + "b" * 200 + "\n"}, f"{page}:2", "200 characters")
