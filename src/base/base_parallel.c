@@ -140,8 +140,10 @@ static void wake(atomic_uint* word, int num) {
     syscall(SYS_futex, word, FUTEX_WAKE_PRIVATE, num, NULL, NULL, 0);
 }
 
-// More of our threads run than there are processors for them.
+// More of our threads run than there are processors for them. A forced number of workers may be more than the machine
+// has: then no thread spins for long.
 static bool is_crowded(void) {
+    if (atomic_load_explicit(&is_forced, memory_order_relaxed)) return true;
     int own = atomic_load_explicit(&nrunning, memory_order_relaxed);
     return om__processor_free(own) < own;
 }
