@@ -150,8 +150,9 @@ static bool is_crowded(void) {
 
 // Spin while the word has the value; false if the value did not change.
 static bool spin_while(atomic_uint* word, unsigned value, int nchunk) {
+    const int nspin = atomic_load_explicit(&is_forced, memory_order_relaxed) ? CHUNK / 20 : CHUNK;
     for (int chunk = 0; chunk < nchunk; ++chunk) {
-        for (int spin = 0; spin < CHUNK; ++spin) {
+        for (int spin = 0; spin < nspin; ++spin) {
             if (atomic_load_explicit(word, memory_order_acquire) != value) return true;
             pause_briefly();
         }

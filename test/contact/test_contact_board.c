@@ -160,10 +160,11 @@ static void test_balance(void** context) {
     double force[3];
     for (int method = OM_PRESS_PENALTY; method <= OM_PRESS_PRESCRIBED; ++method) {
         for (int shape = 0; shape < 2; ++shape) {
+            if (shape == 0 && !test_is_slow()) continue;  // the quick run has plates in test_plate
             Bed b;
             OmProbeDef probe = shape == 0 ? plate() : ball();
             make_bed(&b, &probe, (OmPressMethod)method, 0.4, 9.81);
-            press_bed(&b, 0.002, 20, 60);
+            press_bed(&b, 0.002, 20, test_is_slow() ? 60 : 40);
             check_balance(&b, 2e-3);
             double side = hypot(b.press.force.x, b.press.force.y);
             assert_below(side, 0.02 * b.press.force.z);  // symmetric but for the mesh
@@ -210,8 +211,10 @@ static void test_attached(void** context) {
         Bed b;
         OmProbeDef probe = shape == 0 ? plate() : ball();
         make_bed(&b, &probe, OM_PRESS_PENALTY, 10, 0);
-        press_bed(&b, 0.001, 20, 60);
-        double on_board = b.press.force.z, attached = press_attached(&probe, 0.001, 20, 60);
+        // under the plate a step at rest takes a hundred solves: sticking points change from solve to solve
+        int nrest = test_is_slow() ? 60 : shape == 1 ? 30 : 1;
+        press_bed(&b, 0.001, 20, nrest);
+        double on_board = b.press.force.z, attached = press_attached(&probe, 0.001, 20, nrest);
         printf("shape %d: on a board %.4f N, attached %.4f N\n", shape, on_board, attached);
         assert_near_rel(on_board, attached, shape == 0 ? 0.05 : 0.08);
         assert_true(on_board <= 1.001 * attached);
@@ -324,7 +327,7 @@ static void test_particles(void** context) {
     (void)context;
     PressRig p;
     memset(&p, 0, sizeof p);
-    rig_box(&p.r, om_vec3(-SIDE / 2, -SIDE / 2, 0), om_vec3(SIDE / 2, SIDE / 2, HEIGHT), 8, 8, 4);
+    rig_box(&p.r, om_vec3(-SIDE / 2, -SIDE / 2, 0), om_vec3(SIDE / 2, SIDE / 2, HEIGHT), 6, 6, 3);
     OmPbdDef pbd = om_pbd_default_def(OM_PBD_ELASTIC);
     pbd.collision_distance = 0;
     p.r.def.engine = om_pbd_engine();
@@ -410,13 +413,13 @@ static void test_same_bytes(void** context) {
         OmProbeDef probe = ball();
         make_bed_for(k + 1, &b, &probe, OM_PRESS_PENALTY, 0.4, 9.81);
         TestRig* r = &b.p.r;
-        press_bed(&b, 0.001, 10, 0);
+        press_bed(&b, 0.0005, 5, 0);
         size_t size = om_tissue_state_size(r->m);
         void* copy = om_alloc(size, 1);
         memcpy(copy, r->s, size);
         OmVec3 at = b.pose;
         test_count_begin();
-        for (int n = 0; n < 5; ++n) assert_ok(step_bed(&b, 0.0001));
+        for (int n = 0; n < 3; ++n) assert_ok(step_bed(&b, 0.0001));
         assert_int_equal(test_count_end(), 0);
         hash[k] = om_tissue_state_hash(r->s);
         if (k == 1) {
@@ -429,7 +432,7 @@ static void test_same_bytes(void** context) {
         memcpy((void*)r->s, copy, size);
         b.pose = at;
         assert_ok(om_press_place(b.p.press, r->m, r->s, (OmPose){at, om_quat_identity()}));
-        for (int n = 0; n < 5; ++n) assert_ok(step_bed(&b, 0.0001));
+        for (int n = 0; n < 3; ++n) assert_ok(step_bed(&b, 0.0001));
         assert_true(om_tissue_state_hash(r->s) == hash[k]);
         om_free(copy);
         done_bed(&b);
@@ -465,7 +468,7 @@ static void test_memory(void** context) {
     Bed b;
     OmProbeDef probe = ball();
     make_bed(&b, &probe, OM_PRESS_PENALTY, 0.4, 9.81);
-    assert_true(test_failing_allocations(first_step, &b, 1) > 20);
+    assert_true(test_failing_allocations(first_step, &b, test_stride(4)) > 5);
     done_bed(&b);
 }
 

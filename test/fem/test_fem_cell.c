@@ -1,6 +1,5 @@
 // test_fem_cell.c: averaged strains (OmTissueDef.is_averaged): forces are slopes of the energy, uniform strain is
-// exact,
-// steps see the same forces, and beams and membranes of few cells bend as they should.
+// exact, steps see the same forces, and beams and membranes of few cells bend as they should.
 #include "test_alloc.h"
 #include "test_materials.h"
 #include "test_random.h"
@@ -431,14 +430,14 @@ static double cook(int n, double nu, bool is_averaged) {
 static void test_cook(void** context) {
     (void)context;
     double reference = 6.891409184641067;
-    double coarse = cook(4, 0.499, true), plain = cook(4, 0.499, false),
-           averaged = cook(8, 0.499, true);
-    printf(
-        "Cook, nu 0.499: 4 cells: plain %.4f mm (%+.1f %%), averaged %.4f mm (%+.1f %%); 8 cells: "
-        "averaged %.4f mm (%+.1f %%)\n",
-        plain, 100 * (plain / reference - 1), coarse, 100 * (coarse / reference - 1), averaged,
-        100 * (averaged / reference - 1));
+    double coarse = cook(4, 0.499, true), plain = cook(4, 0.499, false);
+    printf("Cook, nu 0.499: 4 cells: plain %.4f mm (%+.1f %%), averaged %.4f mm (%+.1f %%)\n",
+           plain, 100 * (plain / reference - 1), coarse, 100 * (coarse / reference - 1));
     assert_true(plain < 0.4 * reference);
+    assert_near_rel(coarse, reference, 0.15);
+    if (!test_is_slow()) return;
+    double averaged = cook(8, 0.499, true);
+    printf("8 cells: averaged %.4f mm (%+.1f %%)\n", averaged, 100 * (averaged / reference - 1));
     assert_near_rel(averaged, reference, 0.05);
 }
 

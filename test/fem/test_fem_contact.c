@@ -109,7 +109,8 @@ static void test_derivatives(void** context) {
         assert_ok(om_fem_eval_tangent(t->solid, t->x, &A));
         for (int k = 0; k < A.nblock; ++k)
             for (int i = 0; i < 9; ++i) size_A = fmax(size_A, fabs(A.exact[9 * k + i]));
-        for (size_t i = 0; i < n; ++i) {  // of nodes that touch
+        const size_t stride = test_is_slow() ? 1 : 4;  // not a multiple of 3: every axis in turn
+        for (size_t i = 0; i < n; i += stride) {       // of nodes that touch
             double x = t->x[i];
             if (om_norm2(om_load3(f, (int)i / 3)) == 0) continue;
             t->x[i] = x + h;

@@ -295,7 +295,7 @@ static void test_balance(void** unused) {
         data.mask = om_calloc(nnode, 1);
         data.u = om_calloc(3 * nnode, sizeof *data.u);
         assert_ok(om_umesh_solver_create(&def, &own));
-        assert_ok(om_umesh_sample_make(own, 3, &sample, data.mask, u));
+        assert_ok(om_umesh_sample_make(own, 0, &sample, data.mask, u));
         for (size_t i = 0; i < 3 * nnode; ++i) data.u[i] = (float)u[i];
         assert_ok(om_fem_grid_linear_solve(linear, data.mask, data.u, 1, answer));
         assert_ok(om__umesh_measure_balance(&data, POISSON, answer, 0, 1, &balance));

@@ -153,14 +153,14 @@ static void test_recovery(void** context) {
 // lowers the energy by less than its rounding, which once held up every third of these.
 static void test_recovery_sweep(void** context) {
     (void)context;
-    int ninverted = 0;
-    for (int n = 0; n < 20; ++n) {
+    int ninverted = 0, nshake = 0;
+    for (int n = 0; n < 20; n += test_is_slow() ? 1 : 5, ++nshake) {
         Recovery r = {OM_TET10, OM_NEO_HOOKEAN, OM_LOCKING_NONE, 0.005 + 0.0005 * n, 20, 0};
         r.stream = (uint64_t)n;
         if (n % 4 == 3) r.law = OM_MOONEY_RIVLIN;
         ninverted += check_recovery(&r) < 0;
     }
-    assert_true(ninverted >= 18);
+    assert_true(ninverted >= nshake - (test_is_slow() ? 2 : 1));
 }
 
 // With projected elements the tangent of any shape is positive definite.
