@@ -1,6 +1,6 @@
 /// omentum/banet_fuse.h: attachments from several views (room `banet`, floor 6).
 ///
-/// A view is what the network says of each vertex from one frame. Frames of one grasp have the same errors; another
+/// A view is the network's probability of each vertex from one frame. Frames of one grasp have the same errors; another
 /// grasp pulls at other attachments. om_banet_fuse therefore adds log-odds over grasps and averages them over the
 /// frames of a grasp; old frames and places that a frame does not show count less. The thesis intersects: the last 30
 /// predictions (6.4.6), or one prediction of each grasping point (4.4).

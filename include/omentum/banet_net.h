@@ -136,7 +136,7 @@ OM_API OmStatus om_banet_eval(const OmBanetNet* net, const OmBanetData* data, in
                               int nworker, const OmProgress* progress, OmBanetEval* eval);
 OM_API void om_banet_eval_done(OmBanetEval* eval);
 
-/// Are probabilities what they say? In bins of equal count, ascending: mean probability and share of the true ones.
+/// Reliability of the probabilities. In bins of equal count, ascending: mean probability and share of the true ones.
 /// @param ece  expected calibration error: mean difference of the two over all n
 /// @return OM_OK (n = 0: all are 0); OM_NO_MEMORY
 OM_API OmStatus om_banet_reliability(int64_t n, const double* probability,

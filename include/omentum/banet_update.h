@@ -70,7 +70,7 @@ OM_API void om_banet_updater_destroy(OmBanetUpdater* updater);
 /// @param attached  nonzero where attached; copied                       (nvert of the mesh)
 OM_API void om_banet_updater_set_attached(OmBanetUpdater* updater, const unsigned char* attached);
 
-typedef struct OmBanetAdvice {  // what the network said; om_banet_advice_done frees
+typedef struct OmBanetAdvice {  // answer of the network; om_banet_advice_done frees
     int nvert;                  // of the mesh
     int nacquisition;
     // by the network from each acquisition; 0: inside, or no correspondence    (nacquisition x nvert)

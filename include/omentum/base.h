@@ -1,4 +1,4 @@
-/// omentum/base.h: what every room stands on (floor 0).
+/// omentum/base.h: errors, memory, random numbers, threads, text and files for every room (floor 0).
 ///
 /// Status codes and messages, one allocator, arenas, counter-based random numbers, parallel loops with
 /// a fixed order, logging through a sink, progress reports, clocks, text and JSON building, and files
@@ -213,7 +213,7 @@ OM_API double om_rng_normal(OmRng* rng);
 // ---- parallel loops ---------------------------------------------------------------------------
 
 /// Worker counts: 0 means one per processor. Never more than OM_MAX_WORKER or than the processors of this process
-/// (affinity, quota of its container): om_worker_count returns what a number comes to. Loops and teams use fewer
+/// (affinity, quota of its container): om_worker_count returns the number that is used. Loops and teams use fewer
 /// while other threads need processors: no result depends on it.
 #define OM_MAX_WORKER 64
 OM_API int om_worker_count(int requested);
@@ -308,14 +308,14 @@ OM_API OmStatus om_text_append(OmText* text, const char* format, ...) OM_PRINTF(
 OM_API OmStatus om_text_append_raw(OmText* text, const char* data, size_t len);
 /// Bytes of the UTF-8 character at `str`, of which `len` > 0 bytes may be read; 0 if they are none.
 OM_API size_t om_utf8_length(const char* str, size_t len);
-/// Append bytes from outside as text that any program can read: what is no UTF-8 and every control character becomes
+/// Append bytes from outside as text that any program can read: bytes that are no UTF-8 and control characters become
 /// a backslash, an x and two hexadecimal digits. Names of files may be any bytes.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_text_append_plain(OmText* text, const char* data, size_t len);
-/// Whether it is UTF-8 without control characters, but those in `allowed` (null: none): what a name may be.
+/// Whether it is UTF-8 without control characters, but those in `allowed` (null: none): the rule for names.
 OM_API bool om_text_is_plain(const char* data, size_t len, const char* allowed);
-/// The same of a name in its own place: what is not plain is escaped as om_text_append_plain does, and what then does
-/// not fit into `size` is cut at a character.
+/// Escape a name in its own place as om_text_append_plain does; a text that does not fit into `size` is cut at a
+/// character.
 OM_API void om_text_make_plain(char* name, size_t size);
 /// Append between double quotes, a string of JSON and of YAML; escaped as om_text_append_plain does.
 /// @return OM_OK; OM_NO_MEMORY
@@ -406,7 +406,7 @@ OM_API bool om_path_exists(const char* path);
 /// Make a directory and its parents.
 /// @return OM_OK, also where it exists; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_make_dir(const char* path);
-/// Remove a file or a directory with all it holds, links not followed; for what the caller made itself.
+/// Remove a file or a directory with all it holds, links not followed; for files of the caller alone.
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_remove(const char* path);
 /// Remove what killed runs left in `dir` under temporary names, in folders below it too if `is_deep`; never what

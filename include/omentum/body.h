@@ -68,7 +68,7 @@ OM_API OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site
 /// stiffly; a twin with OmSceneTissue.mesh_factor at this value yields to gravity as the finer mesh does. One half of
 /// the tissue is held, the other one bends under its weight by a small displacement: the factor is the work of gravity
 /// on this mesh over the work on the mesh refined once, both of linear elasticity. It depends on the mesh and on
-/// Poisson's ratio, not on the modulus or on what is attached.
+/// Poisson's ratio, not on the modulus or on the attachments.
 /// @param factor  in (0, 1]; near 1 where the mesh is fine enough
 /// @return OM_OK; OM_INVALID (no gravity, or tissue without extent across it); OM_NO_MEMORY
 OM_API OmStatus om_body_find_mesh_factor(const OmSite* site, double* factor);

@@ -49,7 +49,7 @@ typedef struct OmCalibrationLabel {  // meaning of one error, for the report
 ///         calibration
 typedef OmStatus (*OmCalibrationFn)(void* ctx, const double* param, int nworker, double* error);
 
-/// How far what the model shows with these parameters differs from what it shows on a finer mesh, in the order and
+/// Difference of the model's answer with these parameters from its answer on a finer mesh, in the order and
 /// measure of the errors: it tells how much of the best parameters is the mesh's own.
 /// @param ratio  out: edges of the mesh that is calibrated over those of the finer one, above 1
 /// @return as OmCalibrationFn; a positive status: it cannot be told

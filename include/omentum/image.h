@@ -58,7 +58,7 @@ typedef struct OmSegment {       // a named part of a label map
     int value;                   // of its voxels there
 } OmSegment;
 
-typedef struct OmVolumeInfo {  // what the header of a volume's file says; om_volume_info_done frees
+typedef struct OmVolumeInfo {  // header of a volume's file; om_volume_info_done frees
     int dim[3];
     int nentry;          // volumes in the file: times, components or layers; 1 of a plain volume
     bool has_layers;     // the volumes are layers of segments that may overlap (3D Slicer)

@@ -1,6 +1,6 @@
 /// omentum/match.h: the twin as a static problem, and the attachments that explain a scan (floor 5; thesis 4.2).
 ///
-/// OmMatch holds what every update of a twin needs and is made once: the tissue as finite elements, its surface, the
+/// OmMatch is made once and serves every update of a twin: the tissue as finite elements, its surface, the
 /// vertices that may be attached (candidates), contact with board and organ, matrix and factors. Equilibria are found
 /// under springs at the candidates, grasps, and pulls of surface points towards measured points. om_match_update
 /// estimates from one or several acquisitions which candidates hold the tissue. A vertex that moved is free. A vertex

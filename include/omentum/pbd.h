@@ -90,7 +90,7 @@ OM_API OmStatus om_pbd_sample_sdf(const OmSdf* sdf, double spacing, OmTetMesh* p
 OM_API OmStatus om_pbd_sample_sheet(double size_x, double size_y, double thickness, double spacing,
                                     OmTetMesh* particles, double* particle_volume);
 
-// ---- what a model is made of ----------------------------------------------------------------------
+// ---- parts of a model --------------------------------------------------------------------------------
 
 /// Members of the clusters: vertices vert[adr[c]] to vert[adr[c + 1] - 1] belong to cluster c.
 /// @return number of clusters; 0 for a model of another engine

@@ -46,7 +46,7 @@ enum {
 typedef struct OmRlKey {
     int key;                // a character, or OM_RL_KEY_UP and the following ones
     int component, choice;  // of the action
-    const char* about;      // what it does
+    const char* about;      // one sentence
 } OmRlKey;
 
 /// Functions of one kind of task. Calls on different states of one task run at the same time on several threads.

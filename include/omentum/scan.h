@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-typedef enum OmScanPixel {  // what a pixel of the camera shows
+typedef enum OmScanPixel {  // class of a pixel of the camera
     OM_SCAN_UNKNOWN,        // no depth, or not classified
     OM_SCAN_TISSUE,         // the tissue
     OM_SCAN_TOOL,           // an instrument: tissue may lie behind it

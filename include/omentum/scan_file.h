@@ -21,7 +21,7 @@ extern "C" {
 
 typedef struct OmScanFileDef {
     OmCookie cookie;         // set by om_scan_file_default_def
-    OmMeshFrame frame;       // unit and space of the file; default: what it states, else mm and RAS
+    OmMeshFrame frame;       // unit and space of the file; default: the file, else mm and RAS
     OmPose pose_world_file;  // maps the file's coordinates, in m, to the world; default identity
     bool has_eye;            // default false
     OmVec3 eye;              // place of the camera, world frame, m

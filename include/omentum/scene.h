@@ -153,7 +153,7 @@ typedef struct OmSceneCamera {
     double distortion[5];  // k1, k2, p1, p2, k3; default 0
 } OmSceneCamera;
 
-typedef struct OmSceneWorld {  // what the simulated world hides from the twin
+typedef struct OmSceneWorld {  // settings of the simulated world that the twin does not know
     double young_factor;       // true Young's modulus over `young`; default 0.85
     double density_factor;     // default 1
     int law;                   // OmLaw of the true tissue, -1 (default): the twin's
@@ -308,7 +308,7 @@ OM_API OmStatus om_scene_print_example(OmText* text);
 OM_API OmStatus om_scene_print_keys(OmText* text);
 
 typedef enum OmSiteRole {
-    OM_SITE_TWIN,  // what the robot believes: coarse enough for real time
+    OM_SITE_TWIN,  // the belief of the robot: coarse enough for real time
     OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh
 } OmSiteRole;
 

@@ -44,7 +44,7 @@ typedef struct OmPatient {  // om_patient_done frees
     OmTetMesh mesh;
     OmPatientMaterial material[OM_MAX_MATERIAL];
     int nmaterial;
-    OmSurface organ;       // what the tissue rests on, closed, rigid; nvert is 0 if there is none
+    OmSurface organ;       // the organ below the tissue, closed, rigid; nvert is 0 if there is none
     double organ_spacing;  // grid step for the organ's distance field, m
     double* roi_point;     // points of the region of interest, m            (nroi x 3)
     double* roi_normal;    // outward normals there                          (nroi x 3)
@@ -161,7 +161,7 @@ typedef struct OmModelReport {
     int npart_mask, npart_kept;
     int ncapped;        // inside voxels on the border of the volume: the organ was cut there
     double seconds;     // wall clock of the whole build
-    char note[1024];    // what was assumed, left out, converted: empty, or a sentence a line
+    char note[1024];    // assumptions, omissions, conversions: empty, or one sentence a line
     char warning[512];  // empty, or sentences
 } OmModelReport;
 

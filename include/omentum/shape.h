@@ -1,6 +1,6 @@
 /// omentum/shape.h: surfaces, tetrahedral meshes, signed distance fields (floor 1).
 ///
-/// What a body looks like, without what it is made of. Lengths are metres in RAS world coordinates.
+/// The shape of a body, without its material. Lengths are metres in RAS world coordinates.
 /// Readers and writers of mesh files are in shape_file.h.
 #ifndef OMENTUM_SHAPE_H
 #define OMENTUM_SHAPE_H
@@ -58,7 +58,7 @@ OM_API OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, Om
 /// surface vertex (caller frees with om_free).
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert);
-/// Replace every tetrahedron by eight of the same volume; sets keep what lies between their vertices.
+/// Replace every tetrahedron by eight of the same volume; sets get the new vertices between theirs.
 /// @return OM_OK; OM_INVALID (too many elements); OM_NO_MEMORY, the mesh is as before
 OM_API OmStatus om_tet_mesh_refine(OmTetMesh* mesh);
 /// Check indices, finite positions, positive volumes; the message names the first offender.

@@ -3,7 +3,7 @@
 /// Volume meshes: Gmsh .msh (1, 2.2, 4.1), VTK legacy .vtk, VTK XML .vtu. Surfaces: STL, OBJ, PLY, OFF,
 /// and the triangles of volume files. Recordings: VTKHDF, which ParaView opens as a time series.
 /// No mesh format has a place for unit and space (RAS or LPS). Files of ours and of 3D Slicer state them in
-/// headers, comments or fields, and these are read; what a caller gives goes first.
+/// headers, comments or fields, and these are read; the caller's value replaces them.
 ///
 ///     OmTetMesh mesh;
 ///     OmStatus s = om_tet_mesh_load("liver.msh", OM_UNIT_MM, &mesh);  // now in metres
@@ -34,7 +34,7 @@ typedef struct OmMeshFrame {  // of the numbers in a file; zero says nothing
     OmSpace space;
 } OmMeshFrame;
 
-/// What a file is read with: what the caller gives, else what the file states, else millimetres and RAS.
+/// Unit and space of a file: those of the caller, else of the file, else millimetres and RAS.
 OM_API OmMeshFrame om_mesh_frame_join(OmMeshFrame given, OmMeshFrame stated);
 
 enum {                        // flags of loading

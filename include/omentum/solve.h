@@ -99,7 +99,7 @@ typedef struct OmSolverDef {          // made by om_solver_default_def
     OmCookie cookie;  // set by om_solver_default_def
 } OmSolverDef;
 
-typedef struct OmSolveInfo {  // what a solve did
+typedef struct OmSolveInfo {  // outcome of a solve
     int iterations;           // CG iterations, the most of any right-hand side; 0 for factors
     double residual;  // |b - A x| / |b|, recomputed in double, the largest of any right-hand side
 } OmSolveInfo;

@@ -42,7 +42,7 @@ typedef struct OmAssembly {
     bool is_turned;       // use the corotational law with the same constants: a predictor
 } OmAssembly;
 
-typedef struct OmTissueCheck {  // what a step does to the elements
+typedef struct OmTissueCheck {  // outcome of a step for the elements
     int ncrushed;               // flattened or inverted beyond the limit of a step
     int nbarrier;               // crushed elements with a law whose energy is infinite at det F = 0
     int ninverted;              // det F <= 0 at its end
@@ -55,7 +55,7 @@ typedef struct OmEngineNumber {
     double value;      // SI
 } OmEngineNumber;
 
-typedef struct OmEngineInput {  // what a scene or a caller gives to `load`
+typedef struct OmEngineInput {  // arguments of `load`, from a scene or a caller
     const char* file;           // path; null: none
     int nnumber;
     const OmEngineNumber* number;  // (nnumber)

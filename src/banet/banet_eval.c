@@ -1,4 +1,4 @@
-// banet_eval.c: calibration, threshold, and what a network does on samples with a known truth.
+// banet_eval.c: calibration, threshold, and scores of a network on samples with a known truth.
 //
 // Calibration is Platt's (1999): probability = sigmoid(slope output + offset), fitted by Newton to the cross-entropy
 // over all cells. One temperature alone (slope without offset) cannot undo that Dice draws outputs away from 0.5 by

@@ -6,7 +6,7 @@
 //
 // with w_v = 1. Frames of a grasp are not independent: their ratios are averaged, and the average counts as their
 // total weight to a power below 1; the same holds for grasps with another power. The weight of a frame is its
-// forgetting times what it shows of the place.
+// forgetting times visibility of the place.
 #include "omentum/banet_fuse.h"
 
 #include <math.h>

@@ -75,7 +75,7 @@ typedef struct OmFemCells {
     double* weight;       // m^3, symmetric; a row sums to the cell's volume
     float* share;         // the same by the row's volume, for a step
     OmMaterial* inner;    // the law of cells: lambda at most INNER mu             (nmaterial)
-    OmLawParam* wide;     // what is left of the volumetric term: see om__cell_wide (nmaterial)
+    OmLawParam* wide;     // the rest of the volumetric term: see om__cell_wide (nmaterial)
 } OmFemCells;
 
 typedef struct OmFem {  // model->data

@@ -2,7 +2,7 @@
 //
 // The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
 // solves A dx = -dE/dx, with prescribed entries of dx given in the first one (fem_linear.c), then halves dx (by the
-// parabola through what is known) until E falls; where a follower load leaves no E, or the fall is lost in its
+// parabola through the known values) until E falls; where a follower load leaves no E, or the fall is lost in its
 // rounding (its terms cancel at rest), until the force along dx does (Hager and Zhang 2005). Where the follower load
 // makes A unsymmetric, the norm of the residual must fall. Nocedal and Wright (2006), chapters 3 and 11.
 //

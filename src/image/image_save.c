@@ -7,7 +7,7 @@
 
 #include "image/image_internal.h"
 
-typedef struct Stored {  // what a file may hold
+typedef struct Stored {  // a type of voxel in a file
     OmVoxelType type;
     const char* name;
     double lo, hi;  // of whole numbers; 0 and 0: any value

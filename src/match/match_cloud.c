@@ -29,7 +29,7 @@ static Cell square(double half) {
                   .side = {-1, -1, -1, -1}};
 }
 
-// Keep what is nearer to 0 than to q: x . q <= |q|^2 / 2.
+// Keep the part that is nearer to 0 than to q: x . q <= |q|^2 / 2.
 static void cut(Cell* cell, double qx, double qy, int neighbour) {
     double over[MAX_CORNER], half = 0.5 * (qx * qx + qy * qy);
     bool is_cut = false;

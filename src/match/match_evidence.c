@@ -105,7 +105,7 @@ static bool is_beside_left(const MatchEvidence* j, int i) {
     return false;
 }
 
-// The fit, and what it says about every candidate.
+// The fit, and the evidence that it gives for every candidate.
 static OmStatus add_evidence(MatchEvidence* j, int a) {
     double* x = j->x + (size_t)a * 3 * (size_t)j->match->view.mesh->nvert;
     OmMatch* m = j->match;

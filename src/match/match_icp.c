@@ -197,7 +197,7 @@ typedef struct Pairing {
     OmPose pose;
 } Pairing;
 
-// The surface that the triangles stand for, near their point q: half of what the tangent planes of the vertices add.
+// The surface that the triangles stand for, near their point q: half of the sum of the tangent planes of the vertices.
 // Exact for a quadratic surface with vertices and normals on it: chords are as far inside as tangents are outside.
 static OmVec3 curve(const OmIcp* icp, const OmSurfacePoint* q) {
     const int* v = icp->model->tri_vert + 3 * (size_t)q->tri;
@@ -239,7 +239,7 @@ static void find_pairs(void* ctx, int begin, int end, int block) {
     for (int i = begin; i < end; ++i) find_pair(pairing->icp, pairing->pose, i);
 }
 
-// m^2: what a squared distance is at least worth, so that exact data have a scale too.
+// m^2: least squared distance, so that exact data have a scale, too.
 static double least_of(const OmIcp* icp) {
     return icp->noise * icp->noise + 1e-10 * icp->radius * icp->radius;
 }

@@ -8,7 +8,7 @@
 typedef struct OmIcp {
     const OmSurface* model;
     OmSurfaceTree* tree;
-    OmSenseScene* view;     // the model, to find what is hidden; null: the scan has no camera
+    OmSenseScene* view;     // the model, to find hidden triangles; null: the scan has no camera
     double* tri_normal;     // unit                                       (ntri x 3)
     double* tri_center;     //                                            (ntri x 3)
     double* vert_normal;    // unit                                       (nvert x 3)

@@ -1,4 +1,4 @@
-// match_model.c: what every update of a twin needs, made once.
+// match_model.c: the parts that every update of a twin needs, made once.
 #include <string.h>
 
 #include "match/match_internal.h"

@@ -206,7 +206,7 @@ static void run(Search* s, int npoint, int max_iteration, double tolerance, OmIc
     s->niteration += fit->niteration;
 }
 
-// To convergence, with what is hidden at this pose.
+// To convergence, without the triangles that are hidden at this pose.
 static OmStatus run_fine(Search* s, int npoint, OmIcpFit* fit) {
     for (int round = 0; round < 3; ++round) {
         OM_TRY(om__icp_hide(&s->icp, fit->pose));
@@ -271,7 +271,7 @@ static void set_residual(const Search* s, OmRegistration* out) {
     out->residual = n > 0 ? s->icp.sorted[n / 2] : HUGE_VAL;
 }
 
-// Largest standard deviation of a covariance and its axis; what is not finite is not known.
+// Largest standard deviation of a covariance and its axis; an entry that is not finite is not known.
 static double find_sigma(OmMat3 covariance, OmVec3* axis) {
     OmMat3 axes;
     OmVec3 w;

@@ -108,7 +108,7 @@ static int class_at(const MatchBuffer* m, int x, int y) {
     return is_sure ? OM_SCAN_OTHER : OM_SCAN_UNKNOWN;
 }
 
-// Whether the point of the twin at this pixel and depth is in view; counts what the picture shows there.
+// Whether the point of the twin at this pixel and depth is in view; counts the class of the pixel.
 static bool look(MatchBuffer* m, int x, int y, double z, double slack) {
     if (x < 0 || y < 0 || x >= m->width || y >= m->height) return false;
     if (z > (double)m->depth[(size_t)y * (size_t)m->width + (size_t)x] + slack) return false;

@@ -141,7 +141,7 @@ typedef struct OmKernelDef {
     bool is_training;           // of a forward pass: leave what backward wants in the workspace
     const OmBlocks *src, *dst;  // layouts; data are bound later
     int ngroup;                 // of a convolution; 0 is one
-    OmActivation activation;    // applied to what a convolution or dense layer gives
+    OmActivation activation;    // applied to the output of a convolution or dense layer
     float slope;
 } OmKernelDef;
 
@@ -178,7 +178,7 @@ OmNetShape om__winograd_shape(OmNetShape shape);
 void om__winograd_weights(int nworker, const float* plain, int nout, int nin, bool is_back,
                           float* to);
 /// x through the transforms and the kernel between w->in and w->out, sample by sample; with bias (or null), and
-/// where is_bent with `slope` for what is negative.
+/// where is_bent with `slope` for negative values.
 OmStatus om__winograd_run(int nworker, const OmDetour* w, OmKernel* kernel, const OmBlocks* x,
                           const float* bias, bool is_bent, float slope, const OmBlocks* y);
 

@@ -9,7 +9,7 @@
 
 #include "pbd/pbd_internal.h"
 
-#define SLACK 0.5    // of a cluster's spacing: how far iterations may move what is not near
+#define SLACK 0.5    // of the spacing: largest motion of a far particle by iterations
 #define MARGIN 0.02  // of a cluster's spacing: how much a plane may overrate a gap
 
 OmStatus om__pbd_reserve(OmPbdWork* w, int nvert, int nobstacle) {

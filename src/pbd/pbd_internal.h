@@ -70,7 +70,7 @@ typedef struct OmPbdFrame {  // an obstacle in a substep
     bool is_still;  // its frame is the world's
 } OmPbdFrame;
 
-enum {                       // what a particle is in a substep, bits
+enum {                       // role of a particle in a substep, bits
     OM__PBD_PRESCRIBED = 1,  // moved by a tool or fixed
     OM__PBD_SPRING = 2,      // attached to an anchor by a spring
     OM__PBD_NEAR = 4         // near an obstacle

@@ -6,7 +6,7 @@
 // be free to flip where A has rank two, as that of every single layer; instead R continues from the last step's by
 // Newton's method on the rotation group: with S = R^T A, g = axial(S), H = tr(S) I - sym(S), turn by H^-1 g.
 // H is positive definite about the maximum, for rank two as well; elsewhere a multiple of I is added. What A does
-// not determine (rank one, or zero: a cluster collapsed to a point) has no gradient, so R stays what it was.
+// not determine (rank one, or zero: a cluster collapsed to a point) has no gradient, so R does not change.
 // Eight clusters are turned at once; only + - * / and sqrt are used, in a fixed order.
 //
 // Tried and rejected: 512-bit sums of the maps in om__pbd_follow (5 % slower than 256-bit), and particles sorted by

@@ -464,7 +464,7 @@ OmStatus om__planner_sense(OmPlanner* p, const OmSituation* s, bool is_explainin
         if (f->value == want[i]) continue;
         int kind = 0;
         while (kind + 1 < NFLUENT_KIND && slot(p, (FluentKind)(kind + 1), 0, 0) <= i) kind++;
-        // a user's program need not know what the simulation showed
+        // a user's program need not have the facts of the simulation
         if (!f->literal && (kind == EXPOSES || kind == HIDDEN)) continue;
         OM_CHECK_DONE(
             f->literal, OM_INVALID,

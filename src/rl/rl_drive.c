@@ -1,4 +1,4 @@
-// rl_drive.c: one environment that is driven step by step, and keeps what was done.
+// rl_drive.c: one environment that is driven step by step, and keeps its episode.
 #include "omentum/rl_drive.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-// rl_internal.h: what the files of room rl have in common.
+// rl_internal.h: declarations that the files of room rl share.
 #ifndef OM_RL_INTERNAL_H
 #define OM_RL_INTERNAL_H
 

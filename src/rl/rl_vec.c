@@ -12,7 +12,7 @@
 #define COOKIE 0x726c7665u
 enum { MESSAGE = 256, MAX_ENV = 65536 };
 
-typedef struct Env {  // what is saved, beside the state's bytes
+typedef struct Env {  // saved beside the bytes of the state
     int64_t episode;  // number of the present one; -1: none yet
     int64_t length;   // steps of the episode; -1: it is over, and not reset
     double sum;       // of its rewards

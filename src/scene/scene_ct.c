@@ -222,7 +222,7 @@ static OmStatus mask_of(const OmVolume* labels, OmCtLabel label, OmMask* mask) {
     return OM_OK;
 }
 
-// Opening by a voxel: erosion over faces, then dilation within what was there.
+// Opening by a voxel: erosion over faces, then dilation within the old voxels.
 static OmStatus open_mask(OmMask* mask) {
     const int* dim = mask->grid.dim;
     const size_t count = om_grid_count(dim);

@@ -255,7 +255,7 @@ OmStatus om__site_measure_attachments(double total, OmSite* site) {
     OM_CALLOC_DONE(area, (size_t)site->mesh.nvert);
     OM_CALLOC_DONE(site->attach_area, (size_t)nheld);
     OM_CALLOC_DONE(site->attach_spring, (size_t)nheld);
-    // The face that attachments are part of: the underside, or else what is attached.
+    // The face that attachments are part of: the underside, or else the attached vertices.
     for (int k = 0; under && k < under->nvert; ++k) is_face[under->vert[k]] = 1;
     for (int k = 0; k < nheld; ++k) noutside += !is_face[held->vert[k]];
     if (noutside > 0) memset(is_face, 0, (size_t)site->mesh.nvert);

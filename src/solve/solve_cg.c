@@ -55,7 +55,7 @@ typedef struct Member {  // one thread of the team and its data
 enum { HAS_PRESCRIBED = 0, HAS_GUESS = 1, HAS_BAD = 2 };  // columns of partial in `inspect`
 
 // Copy the prescribed values of x to the iterate, and the initial guess of lanes that have one; returns
-// flags of what was found.
+// flags of the outcome.
 static void inspect(const Member* m, const bool* has_guess) {
     const CgJob* job = m->job;
     OmSolver* S = job->S;

@@ -42,7 +42,7 @@ typedef struct LogRecordHead {  // of a record in the file
 // Hash of a record behind one whose hash is `before`; OM_HASH_SEED before the first.
 uint64_t om__log_hash(uint32_t kind, const void* data, size_t size, uint64_t before);
 
-// Round the depth of an observation to what the log can hold.
+// Round the depth of an observation to the steps of the log.
 void om__log_round(OmObservation* observation);
 
 typedef struct
