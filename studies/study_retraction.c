@@ -30,6 +30,9 @@ static OmStatus validate(const OmStudyRetractionDef* d) {
     OM_CHECK(d->ncase >= 0, OM_INVALID, "retraction study: ncase is %d: 0 or more", d->ncase);
     OM_CHECK(d->first >= 0 && d->first < RETRACTION_NPAIR, OM_INVALID,
              "retraction study: first is %d: 0 to %d", d->first, RETRACTION_NPAIR - 1);
+    OM_CHECK(d->draw.kind == OM_DRAW_PUBLISHED ||
+                 !(d->parts & ~(OM_RETRACTION_RANDOM | OM_RETRACTION_ALARMS)),
+             OM_INVALID, "retraction study: only random pairs and alarms have other seeds");
     OM_CHECK(!(d->parts & OM_RETRACTION_KIDNEY) || d->data, OM_INVALID,
              "retraction study: the kidney needs data, the folder that holds ct_abdomen");
     return OM_OK;
@@ -70,27 +73,26 @@ static OmStatus add_scenario(Retraction* s, int number, RetractionKind kind, boo
     return om__retraction_scenario(number, kind, s->def->is_quick, &r->c);
 }
 
-static OmStatus add_pair(Retraction* s, int seed, bool is_asked) {
+static OmStatus add_pair(Retraction* s, int number, bool is_asked) {
     RetractionResult* r = &s->result[s->ncase];
     char name[64];
-    snprintf(name, sizeof name, "pair-%d-%s", seed,
-             om__retraction_kind_name[om__retraction_pair_kind(seed)]);
+    om__retraction_pair_name(number, &s->def->draw, name, sizeof name);
     const bool is_known = is_there(s, name);
     if (!is_asked && !is_known) return OM_OK;
     // a search asks for what is possible where DEFRAS failed
     r->is_asked = is_asked || (is_known && s->def->parts & OM_RETRACTION_SEARCHES);
     ++s->ncase;
-    return om__retraction_pair(seed, s->def->is_quick, &r->c);
+    return om__retraction_pair(number, &s->def->draw, s->def->is_quick, &r->c);
 }
 
-static OmStatus add_alarm(Retraction* s, int seed, bool is_asked) {
+static OmStatus add_alarm(Retraction* s, int number, bool is_asked) {
     RetractionResult* r = &s->result[s->ncase];
     char name[64];
-    snprintf(name, sizeof name, "alarm-%d", seed);
+    om__retraction_alarm_name(number, &s->def->draw, name, sizeof name);
     if (!is_asked && !is_there(s, name)) return OM_OK;
     r->is_asked = is_asked;
     ++s->ncase;
-    return om__retraction_alarm(seed, s->def->is_quick, &r->c);
+    return om__retraction_alarm(number, &s->def->draw, s->def->is_quick, &r->c);
 }
 
 static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
@@ -103,6 +105,9 @@ static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
     const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;
+    const bool is_developed = d->draw.kind == OM_DRAW_DEVELOPMENT;
+    const int first_pair = is_developed ? RETRACTION_DEV_PAIR : RETRACTION_FIRST_PAIR;
+    const int first_alarm = is_developed ? RETRACTION_DEV_ALARM : RETRACTION_FIRST_ALARM;
     const bool is_searched = d->parts & OM_RETRACTION_SEARCHES;
     const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated || is_searched
                               ? count_wanted(d, RETRACTION_NSCENARIO, 1)
@@ -119,10 +124,10 @@ static OmStatus list_cases(Retraction* s) {
     int npair = d->parts & OM_RETRACTION_RANDOM ? RETRACTION_NPAIR : is_ablated ? NABLATED : 0;
     if (npair > 0) npair = count_wanted(d, npair, 1);
     for (int i = 0; i < RETRACTION_NPAIR; ++i)
-        OM_TRY(add_pair(s, RETRACTION_FIRST_PAIR + i, i >= d->first && i < d->first + npair));
+        OM_TRY(add_pair(s, first_pair + i, i >= d->first && i < d->first + npair));
     const int nalarm = d->parts & OM_RETRACTION_ALARMS ? count_wanted(d, RETRACTION_NALARM, 1) : 0;
     for (int i = 0; i < RETRACTION_NALARM; ++i)
-        OM_TRY(add_alarm(s, RETRACTION_FIRST_ALARM + i, i >= d->first && i < d->first + nalarm));
+        OM_TRY(add_alarm(s, first_alarm + i, i >= d->first && i < d->first + nalarm));
     const int nkidney =
         d->parts & OM_RETRACTION_KIDNEY ? count_wanted(d, RETRACTION_NKIDNEY, 1) : 0;
     for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i)
@@ -220,6 +225,34 @@ static OmStatus summarise(Retraction* s) {
     return OM_OK;
 }
 
+// ---- draws ---------------------------------------------------------------------------------------------------------
+
+// Append what DEFRAS did in the cases of a group that the user wants.
+static OmStatus record_part(const Retraction* s, RetractionGroup group, const char* part) {
+    int n = 0, ngood = 0, first = 0, last = 0;
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionResult* r = &s->result[i];
+        const RetractionRun* run = &r->run[OM_RETRACTION_DEFRAS];
+        if (r->c.group != group || !r->is_asked || !r->has_run[OM_RETRACTION_DEFRAS]) continue;
+        const int nwarning = run->nwarning[0] + run->nwarning[1] + run->nwarning[2];
+        ngood += group == RETRACTION_PAIR ? run->is_success : nwarning > 0;
+        last = r->c.number;
+        if (n++ == 0) first = last;
+    }
+    char cases[48], result[64];
+    snprintf(cases, sizeof cases, "%d-%d%s", first, last, s->def->is_quick ? " quick" : "");
+    snprintf(result, sizeof result, "%d of %d %s", ngood, n,
+             group == RETRACTION_PAIR ? "exposed" : "warned");
+    if (n == 0) return OM_OK;
+    return om_study_draw_append(s->def->draws, &s->def->draw, "retraction", part, cases, result);
+}
+
+static OmStatus record_draw(const Retraction* s) {
+    if (s->def->draw.kind != OM_DRAW_JUDGED || !s->def->draws) return OM_OK;
+    OM_TRY(record_part(s, RETRACTION_PAIR, "random"));
+    return record_part(s, RETRACTION_ALARM, "alarms");
+}
+
 // ---- run ----------------------------------------------------------------------------------------------------------
 
 static OmStatus run(Retraction* s) {
@@ -232,7 +265,8 @@ static OmStatus run(Retraction* s) {
     OM_TRY(om__retraction_run_cases(s));
     OM_TRY(summarise(s));
     OM_TRY(om__retraction_write_json(s));
-    return om__retraction_write_report(s);
+    OM_TRY(om__retraction_write_report(s));
+    return record_draw(s);
 }
 
 OmStatus om_study_retraction_run(const OmStudyRetractionDef* def, const OmProgress* progress,

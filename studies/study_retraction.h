@@ -14,6 +14,7 @@
 #define OMENTUM_STUDY_RETRACTION_H
 
 #include "omentum/defras.h"
+#include "studies/study_draw.h"
 
 typedef enum OmStudyRetractionPart {  // bits of OmStudyRetractionDef.parts
     OM_RETRACTION_SCENARIOS = 1,
@@ -49,7 +50,10 @@ typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_de
     int first;         // random and alarms: the first pair or sheet, from 0; default 0
     const char* data;  // folder that holds ct_abdomen, needed for the kidney; default null
     bool is_quick;     // a coarse sheet, few cases; default false
-    int nworker;       // runs at a time, of one thread each; default 0: one a processor
+    OmStudyDraw draw;  // of random pairs and alarms; default: the published numbers
+    // Table to which a judged draw is appended when it was run; null: none
+    const char* draws;
+    int nworker;  // runs at a time, of one thread each; default 0: one a processor
     OmCookie cookie;
 } OmStudyRetractionDef;
 

@@ -54,8 +54,9 @@ typedef struct Draw {
     double believed, fewer, more;
 } Draw;
 
-static Draw draw(int index, int attempt) {
-    OmRng rng = om_rng_init(DRAW_SEED, 1000 * (uint64_t)index + (uint64_t)attempt);
+static Draw draw(uint64_t draw_seed, int index, int attempt) {
+    OmRng rng =
+        om_rng_init(draw_seed ? draw_seed : DRAW_SEED, 1000 * (uint64_t)index + (uint64_t)attempt);
     Draw d;
     d.seed = 10000 + (int)om_rng_below(&rng, 1000000000);
     d.believed = om_rng_range(&rng, 0.1, 0.3);
@@ -102,7 +103,7 @@ static double up_to(OmRng* rng, double most) { return om_rng_range(rng, -most, m
 
 // Every error that is not of the attachments.
 static void add_errors(const RetractionCase* c, OmScene* s) {
-    OmRng rng = om_rng_init(ERROR_SEED, (uint64_t)c->number);
+    OmRng rng = om_rng_init(c->draw_seed ? c->draw_seed + 1 : ERROR_SEED, (uint64_t)c->number);
     double* shift = &s->registration.shift.x;
     double* turn = &s->registration.turn.x;
     for (int k = 0; k < 3; ++k) shift[k] = up_to(&rng, 0.001);
@@ -205,7 +206,7 @@ done:
 }
 
 static OmStatus try_draw(int index, int attempt, RetractionKind kind, RetractionCase* c) {
-    const Draw d = draw(index, attempt);
+    const Draw d = draw(c->draw_seed, index, attempt);
     c->kind = kind;
     c->attempt = attempt;
     c->seed = d.seed;
@@ -230,24 +231,42 @@ OmStatus om__retraction_scenario(int scenario, RetractionKind kind, bool is_quic
                                  RetractionCase* c) {
     *c = (RetractionCase){.group = RETRACTION_SCENARIO, .is_quick = is_quick};
     OM_TRY(draw_case(scenario, RETRACTION_MORE, c));  // both cases have the ROI of the larger patch
-    const Draw d = draw(scenario, c->attempt);
+    const Draw d = draw(0, scenario, c->attempt);
     c->kind = kind;
     c->share = true_share(&d, kind);
     snprintf(c->name, sizeof c->name, "scenario-%d-%s", scenario, om__retraction_kind_name[kind]);
     return OM_OK;
 }
 
-RetractionKind om__retraction_pair_kind(int seed) {
+static RetractionKind pair_kind(int number) {
     static const RetractionKind kind[10] = {
         RETRACTION_FEWER, RETRACTION_FEWER, RETRACTION_FEWER, RETRACTION_MORE, RETRACTION_MORE,
         RETRACTION_MORE,  RETRACTION_OTHER, RETRACTION_OTHER, RETRACTION_NONE, RETRACTION_SAME};
-    return kind[seed % 10];
+    return kind[number % 10];
 }
 
-OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c) {
-    *c = (RetractionCase){.group = RETRACTION_PAIR, .is_quick = is_quick};
-    OM_TRY(draw_case(seed, om__retraction_pair_kind(seed), c));
-    snprintf(c->name, sizeof c->name, "pair-%d-%s", seed, om__retraction_kind_name[c->kind]);
+// "-HASH-DRAW" of a judged draw: files of several draws may lie in one folder.
+static void add_draw(const OmStudyDraw* draw, char* name, size_t size) {
+    const size_t n = strlen(name);
+    if (draw->kind == OM_DRAW_JUDGED)
+        snprintf(name + n, size - n, "-%s-%d", draw->hash, draw->number);
+}
+
+void om__retraction_pair_name(int number, const OmStudyDraw* draw, char* name, size_t size) {
+    snprintf(name, size, "pair-%d-%s", number, om__retraction_kind_name[pair_kind(number)]);
+    add_draw(draw, name, size);
+}
+
+void om__retraction_alarm_name(int number, const OmStudyDraw* draw, char* name, size_t size) {
+    snprintf(name, size, "alarm-%d", number);
+    add_draw(draw, name, size);
+}
+
+OmStatus om__retraction_pair(int number, const OmStudyDraw* draw, bool is_quick,
+                             RetractionCase* c) {
+    *c = (RetractionCase){.group = RETRACTION_PAIR, .is_quick = is_quick, .draw_seed = draw->seed};
+    OM_TRY(draw_case(number, pair_kind(number), c));
+    om__retraction_pair_name(number, draw, c->name, sizeof c->name);
     return OM_OK;
 }
 
@@ -282,10 +301,11 @@ RetractionCase om__retraction_kidney(int i, const char* data, bool is_quick) {
     return c;
 }
 
-OmStatus om__retraction_alarm(int seed, bool is_quick, RetractionCase* c) {
-    *c = (RetractionCase){.group = RETRACTION_ALARM, .is_quick = is_quick};
-    OM_TRY(draw_case(seed, RETRACTION_SAME, c));
-    snprintf(c->name, sizeof c->name, "alarm-%d", seed);
+OmStatus om__retraction_alarm(int number, const OmStudyDraw* draw, bool is_quick,
+                              RetractionCase* c) {
+    *c = (RetractionCase){.group = RETRACTION_ALARM, .is_quick = is_quick, .draw_seed = draw->seed};
+    OM_TRY(draw_case(number, RETRACTION_SAME, c));
+    om__retraction_alarm_name(number, draw, c->name, sizeof c->name);
     return OM_OK;
 }
 

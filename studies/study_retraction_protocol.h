@@ -5,12 +5,15 @@
 #define OMENTUM_STUDY_RETRACTION_PROTOCOL_H
 
 #include "omentum/scene.h"
+#include "studies/study_draw.h"
 
 #define RETRACTION_NSCENARIO 8
 #define RETRACTION_FIRST_PAIR 1001  // seeds of random pairs: 1001 to 1100
 #define RETRACTION_NPAIR 100
 #define RETRACTION_FIRST_ALARM 3001
 #define RETRACTION_NALARM 100
+#define RETRACTION_DEV_PAIR 2501  // the same for development
+#define RETRACTION_DEV_ALARM 3501
 #define RETRACTION_NLAB 9         // A, B, C x fewer, more, same
 #define RETRACTION_NKIDNEY 4      // wrong beliefs on the kidney scene
 #define RETRACTION_MAX_FORCE 3.0  // epsilon: true force of a success at most
@@ -41,7 +44,7 @@ typedef enum RetractionGroup {
 } RetractionGroup;
 
 typedef struct RetractionCase {  // tissue with true and believed attachments
-    char name[40];               // for files: "scenario-1-fewer"
+    char name[64];  // for files: "scenario-1-fewer", "pair-1001-fewer-0123456789abcdef-1"
     RetractionGroup group;
     int number;  // scenario 1 to 8, seed of a pair or of an alarm, laboratory scenario 0 to 2
     RetractionKind kind;
@@ -50,6 +53,7 @@ typedef struct RetractionCase {  // tissue with true and believed attachments
     double share, believed;  // of the underside: true and believed
     OmVec3 roi;              // m, task frame
     int attempt;             // draws before this one, which were refused
+    uint64_t draw_seed;      // of a judged draw; 0: the published cases
     double ratio;            // laboratory and kidney: believed attachments over the true ones
     const char* data;        // kidney: folder of the CT, borrowed
     bool is_quick;           // a coarser sheet and a grid of 3 x 3
@@ -58,11 +62,15 @@ typedef struct RetractionCase {  // tissue with true and believed attachments
 // A scenario (1 to 8) whose tissue has fewer or more attachments than believed, or those believed.
 OmStatus om__retraction_scenario(int scenario, RetractionKind kind, bool is_quick,
                                  RetractionCase* c);
-// A pair of a layout and a belief, seed RETRACTION_FIRST_PAIR and above.
-RetractionKind om__retraction_pair_kind(int seed);
-OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c);
-// A sheet with right attachments and every other error, seed RETRACTION_FIRST_ALARM and above.
-OmStatus om__retraction_alarm(int seed, bool is_quick, RetractionCase* c);
+// A pair of a layout and a belief, number RETRACTION_FIRST_PAIR or RETRACTION_DEV_PAIR and above.
+OmStatus om__retraction_pair(int number, const OmStudyDraw* draw, bool is_quick, RetractionCase* c);
+// A sheet with right attachments and every other error, number RETRACTION_FIRST_ALARM or RETRACTION_DEV_ALARM and
+// above.
+OmStatus om__retraction_alarm(int number, const OmStudyDraw* draw, bool is_quick,
+                              RetractionCase* c);
+// Their names, without drawing them.
+void om__retraction_pair_name(int number, const OmStudyDraw* draw, char* name, size_t size);
+void om__retraction_alarm_name(int number, const OmStudyDraw* draw, char* name, size_t size);
 // A case of the laboratory (0 to 8: A, B, C x belief fewer, more, same) and of the kidney (0 to 3).
 RetractionCase om__retraction_lab(int i, bool is_quick);
 RetractionCase om__retraction_kidney(int i, const char* data, bool is_quick);

@@ -314,6 +314,14 @@ OmStatus om__retraction_write_report(const Retraction* s) {
         "arm with the true attachments exposes within this force. Pictures: blue or green where the "
         "tissue is attached, a red line around what is believed, magenta the ROI, a ring around the "
         "first grasp, a dot on the last.");
+    const OmStudyDraw* draw = &s->def->draw;
+    char text[WORD * 4];
+    if (draw->kind == OM_DRAW_JUDGED) {
+        snprintf(text, sizeof text,
+                 "Random pairs and alarms are draw %d of the sources with the hash %s (commit %s).",
+                 draw->number, draw->hash, draw->commit);
+        om_report_paragraph(&report, text);
+    }
     OmStatus status = add_parts(s, &report);
     if (status == OM_OK) return om_report_save(&report, path);
     om_report_done(&report);
@@ -408,6 +416,10 @@ OmStatus om__retraction_write_json(const Retraction* s) {
     om_json_open(&json, NULL, '{');
     om_json_string(&json, "version", om_version());
     om_json_number(&json, "epsilon_n", s->sum.epsilon);
+    if (s->def->draw.kind == OM_DRAW_JUDGED) {
+        om_json_string(&json, "draw_hash", s->def->draw.hash);
+        om_json_number(&json, "draw", s->def->draw.number);
+    }
     put_scores_json(&json, "scenarios", s->sum.scenario);
     put_scores_json(&json, "random", s->sum.random);
     put_scores_json(&json, "laboratory", s->sum.laboratory);

@@ -14,6 +14,12 @@ static const OmCliOption option[] = {
     {"--cases", NULL, "N", "the first N scenarios, pairs, sheets or laboratory cases", "all", NULL,
      0, 1000},
     {"--first", NULL, "N", "random and alarms: the first pair or sheet, from 0", "0", NULL, 0, 99},
+    {"--seed", NULL, "COMMIT",
+     "random and alarms: cases drawn from the hash of the sources (here), of a commit, or a hash; or development",
+     "the published ones"},
+    {"--draw", NULL, "N", "of --seed: one of three draws", "1", NULL, 1, OM_STUDY_NDRAW},
+    {"--draws", NULL, "FILE", "table to which a draw that was run is appended",
+     "doc/draws.csv of the checkout"},
     {"--data", NULL, "DIR", "kidney: the folder that holds ct_abdomen"},
     OM_CLI_STUDY_OPTIONS,
 };
@@ -40,6 +46,22 @@ static OmStatus read_part(const char* name, int* parts) {
     const char* near = om_nearest_word(name, part, n);
     return om_error(OM_INVALID, "--part \"%s\" is unknown%s%s", name, near ? "; did you mean " : "",
                     near ? near : "");
+}
+
+// Before any work: a draw, and the table for its result.
+static OmStatus read_draw(const OmCliArgs* args, char* table, size_t size,
+                          OmStudyRetractionDef* def) {
+    const char *word = om_cli_get(args, "--seed"), *file = om_cli_get(args, "--draws");
+    char root[1024];
+    int number = 1;
+    OM_TRY(om_cli_int(args, "--draw", &number));
+    if (!word || strcmp(word, "development") == 0)
+        return om_study_draw_read(word, number, NULL, &def->draw);
+    OM_TRY(om_study_draw_root(root, sizeof root));
+    OM_TRY(om_study_draw_read(word, number, root, &def->draw));
+    OM_TRY(om_study_draw_table(file, root, table, size));
+    def->draws = table;
+    return OM_OK;
 }
 
 static OmStatus read_def(const OmCliArgs* args, OmStudyRetractionDef* def) {
@@ -98,7 +120,9 @@ static void print_result(const OmStudyRetractionSummary* s, const char* dir) {
 int om_cli_study_retraction(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyRetractionDef def = om_study_retraction_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    char table[1024];
+    if (read_def(&args, &def) < 0 || read_draw(&args, table, sizeof table, &def) < 0)
+        return om_cli_study_usage();
     om_log_set_sink(NULL, NULL);  // warnings of single runs are in their reports
     OmStudyRetractionSummary summary;
     const OmProgress* progress = om_cli_study_begin(&args);

@@ -17,10 +17,6 @@ $ omentum study retraction --quick --part random --workers 1 -q -o out
 exit 0
 out \(0 new\)
 
-$ omentum study retraction --quick --part alarms --workers 1 -q -o out
-exit 0
-out ^false alarms: 0 of 1 runs
-
 $ omentum study retraction --part kidney -q -o out
 exit 3
 err needs data
@@ -32,3 +28,19 @@ err did you mean kidney
 $ omentum study retraction
 exit 2
 err add -o DIR
+
+# A judged draw needs the sources and a table; what was run is in it.
+$ omentum study retraction --quick --part alarms --seed 0123456789abcdef --draw 3 --draws draws.csv --workers 1 -q -o out && cat draws.csv
+exit 0
+out ^false alarms: [01] of 1 runs
+out ^study,part,hash,draw,commit,cases,result
+out ^retraction,alarms,0123456789abcdef,3,-,3001-3001 quick,[01] of 1 warned
+file out/alarm-3001-0123456789abcdef-3-defras.bin
+
+$ omentum study retraction --part scenarios --seed development -q -o out
+exit 3
+err only random pairs and alarms
+
+$ omentum study retraction --part random --seed HEAD -o out
+exit 2
+err none of development, here, a commit

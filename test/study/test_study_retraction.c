@@ -8,6 +8,7 @@
 #include "test_files.h"
 
 static char dir[] = "/tmp/om_retraction_XXXXXX";
+static const OmStudyDraw published;
 
 // Vertices of the twin's set "attachment".
 static int find_attached(const RetractionCase* c, RetractionKnowledge knowledge,
@@ -78,7 +79,7 @@ static void test_pairs(void** unused) {
     static const RetractionKind kind[10] = {0, 0, 0, 1, 1, 1, 3, 3, 4, 2};
     for (int k = 0; k < 10; ++k) {
         RetractionCase c;
-        assert_ok(om__retraction_pair(RETRACTION_FIRST_PAIR + k, false, &c));
+        assert_ok(om__retraction_pair(RETRACTION_FIRST_PAIR + k, &published, false, &c));
         assert_int_equal(c.kind, kind[(1 + k) % 10]);
         find_attached(&c, RETRACTION_TRUE, truth);
         const int nbelieved = find_attached(&c, RETRACTION_BELIEVED, belief);
@@ -102,7 +103,7 @@ static void test_alarms(void** unused) {
     for (int k = 0; k < 10; ++k) {
         RetractionCase c;
         OmScene believed, known;
-        assert_ok(om__retraction_alarm(RETRACTION_FIRST_ALARM + k, false, &c));
+        assert_ok(om__retraction_alarm(RETRACTION_FIRST_ALARM + k, &published, false, &c));
         assert_int_equal(c.kind, RETRACTION_SAME);
         find_attached(&c, RETRACTION_TRUE, truth);
         find_attached(&c, RETRACTION_BELIEVED, belief);
