@@ -148,7 +148,6 @@ OmStatus om__banet_grasp(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample*
     OmStatus status = OM_OK;
     const OmSurface* s = &sample->surface;
     double *normal = NULL, *area = NULL;
-    int ngrasped = 0;
     double radius = om_rng_range(rng, def->radius[0], def->radius[1]);
     OM_CALLOC_DONE(sample->grasped, s->nvert);
     OM_ALLOC_DONE(normal, 3 * (size_t)s->nvert);
@@ -162,7 +161,6 @@ OmStatus om__banet_grasp(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample*
     for (int i = 0; i < s->nvert; ++i) {
         bool is_near = om_distance(om_load3(s->x, i), center) <= radius;
         sample->grasped[i] = is_near && !sample->attached[i];
-        ngrasped += sample->grasped[i];
     }
     double z = om_rng_range(rng, -1, 1), turn = om_rng_range(rng, 0, 2 * OM_PI);
     OmVec3 way = om_vec3(sqrt(1 - z * z) * cos(turn), sqrt(1 - z * z) * sin(turn), z);

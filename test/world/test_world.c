@@ -451,8 +451,8 @@ static void test_materials_of_a_site(void** state) {
     om_site_set_numbers(&scene, &site);
     for (int e = 0; e < site.mesh.ntet; ++e) site.mesh.tet_label[e] = e % 2;
     static const char* const said[] = {
-        "finite elements, neo-hookean, fat: Young's modulus 3000 Pa, Poisson's ratio 0.45; gland: "
-        "Young's modulus 9000 Pa, Poisson's ratio 0.48",
+        ("finite elements, neo-hookean, fat: Young's modulus 3000 Pa, Poisson's ratio 0.45; gland: "
+         "Young's modulus 9000 Pa, Poisson's ratio 0.48"),
         "particles in clusters", "XPBD, stable-neo-hookean, fat: Young's modulus 3000 Pa",
         "springs on edges, no law, fat:", "ChainMail"};
     scene.tissue.law = OM_NEO_HOOKEAN;
