@@ -528,7 +528,7 @@ static OmStatus make_and_run(void* ctx) {
     return status;
 }
 
-static void test_bad_input(void** state) {
+static void test_bad_input_and_memory(void** state) {
     (void)state;
     static Hang h;
     make_hang(&h, 0);
@@ -580,7 +580,7 @@ int main(void) {
         cmocka_unit_test(test_forces_are_those_of_the_tool),
         cmocka_unit_test(test_speed_of_a_path),
         cmocka_unit_test(test_particles),
-        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_bad_input_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -235,7 +235,7 @@ static OmStatus load_site(void* ctx) {
     return OM_OK;
 }
 
-static void test_a_site_is_read_as_it_was_written(void** state) {
+static void test_a_site_is_read_as_it_was_written_and_memory(void** state) {
     (void)state;
     OmScene scene = object_scene();
     OmSite a, b;
@@ -428,7 +428,7 @@ int main(void) {
         cmocka_unit_test(test_a_difference_is_named),
         cmocka_unit_test(test_folders_without_a_record_are_refused),
         cmocka_unit_test(test_the_belief_holds_no_truth),
-        cmocka_unit_test(test_a_site_is_read_as_it_was_written),
+        cmocka_unit_test(test_a_site_is_read_as_it_was_written_and_memory),
         cmocka_unit_test(test_commands_of_a_person_are_given_again),
         cmocka_unit_test(test_a_killed_run_can_be_replayed),
         cmocka_unit_test(test_a_run_that_fails_at_once_leaves_nothing),

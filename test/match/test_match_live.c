@@ -411,7 +411,7 @@ static OmStatus make_and_find(void* ctx) {
     return status;
 }
 
-static void test_bad_input(void** state) {
+static void test_bad_input_and_memory(void** state) {
     (void)state;
     Rig rig;
     begin(&rig, 4, 50, 1);
@@ -445,7 +445,7 @@ int main(void) {
         cmocka_unit_test(test_sides),        cmocka_unit_test(test_restart),
         cmocka_unit_test(test_lost),         cmocka_unit_test(test_hidden),
         cmocka_unit_test(test_visible),      cmocka_unit_test(test_workers),
-        cmocka_unit_test(test_displacement), cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_displacement), cmocka_unit_test(test_bad_input_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

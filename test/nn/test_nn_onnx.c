@@ -379,7 +379,7 @@ static OmStatus save(void* ctx) {
     return om_net_save_onnx(s->net, s->param, NULL, 0, s->path);
 }
 
-static void test_failures(void** state) {
+static void test_failures_and_memory(void** state) {
     (void)state;
     Saving s = {.net = norm_net()};
     s.param = make_parameters(s.net);
@@ -396,7 +396,7 @@ int main(void) {
         cmocka_unit_test(test_structure),
         cmocka_unit_test(test_attributes),
         cmocka_unit_test(test_onnxruntime),
-        cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_failures_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

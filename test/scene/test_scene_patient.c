@@ -380,9 +380,10 @@ static void test_scarce_memory(void** unused) {
     (void)unused;
     SaveTask task;
     char path[512];
-    snprintf(path, sizeof path, "%s", in_folder("round/patient.yaml"));
-    int nload = test_failing_allocations(load_box, path, 1);
     ball_patient(0.01, &task.patient, &task.report);
+    assert_ok(om_patient_save(&task.patient, NULL, in_folder("ball")));
+    snprintf(path, sizeof path, "%s", in_folder("ball/patient.yaml"));
+    int nload = test_failing_allocations(load_box, path, 1);
     task.has_report = false;
     int nsave = test_failing_allocations(save_task, &task, 1);
     assert_ok(om_path_remove(in_folder("scarce")));

@@ -134,7 +134,7 @@ static OmStatus make_tree(void* ctx) {
     return OM_OK;
 }
 
-static void test_bad_input(void** state) {
+static void test_bad_input_and_memory(void** state) {
     (void)state;
     OmRng rng = om_rng_init(3, 0);
     OmSurface s;
@@ -160,7 +160,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_one_triangle),
         cmocka_unit_test(test_against_all_triangles),
-        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_bad_input_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -69,7 +69,7 @@ static OmStatus make_tree(void* ctx) {
     return OM_OK;
 }
 
-static void test_bad_input(void** state) {
+static void test_bad_input_and_memory(void** state) {
     (void)state;
     double x[300];
     make_points(0, 100, x);
@@ -103,7 +103,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_point_is_found),
         cmocka_unit_test(test_axes),
-        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_bad_input_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
