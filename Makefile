@@ -34,8 +34,8 @@ demo: build ## from a CT made here to an exposed tumour; report in out/demo
 	@echo; echo "The program is ./omentum, in this folder: ./omentum help"
 	@echo "README.md has more examples; make install puts it on PATH."
 
-check: setup python ## format, layers, quick tests in release and under sanitizers, install, samples, demo
-	@tools/check.sh
+check: setup python ## format, layers, quick tests in release, sanitizers where it matters; ROOM=match: one room
+	@tools/check.sh $(ROOM)
 
 check-all: setup python ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
 	@tools/setup.sh tools/packages_ci.txt || echo "check-all: without Open MPI; its tests are skipped"

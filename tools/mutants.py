@@ -41,6 +41,8 @@ import sys
 import threading
 import time
 
+import ctest_files
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 SHARE = 0.90  # of the mutants that count, killed
 NICE = 10
@@ -165,18 +167,6 @@ def tracked(root):
     return [name for name in listed if name and (root / name).is_file()]
 
 
-def read_tests(text):
-    """Test name -> (command, properties), from what CMake writes for CTest: `ctest --show-only` leaves out commands of
-    tests that are not built yet."""
-    tests = {}
-    for kind, name, rest in re.findall(r"^(add_test|set_tests_properties)\(\[=\[(.*?)\]=\](.*)\)$", text, re.M):
-        if kind == "add_test":
-            tests[name] = (re.findall(r'"((?:[^"\\]|\\.)*)"', rest), {})
-        else:
-            tests[name][1].update(re.findall(r'(\w+) "((?:[^"\\]|\\.)*)"', rest))
-    return tests
-
-
 class Tree:
     """A copy of the checkout with a build folder; applies mutants and runs tests."""
 
@@ -219,27 +209,22 @@ class Tree:
             done = self.call(["ninja", "-C", str(self.build), f"-j{self.jobs}", "libomentum_static.a", "bin/omentum"])
         if done.returncode != 0:
             raise SystemExit(f"the checkout does not build:\n{done.stdout[-4000:]}")
-        for path in sorted(self.build.rglob("CTestTestfile.cmake")):
-            self.tests.update(read_tests(path.read_text()))
+        self.tests = {test.name: test for test in ctest_files.read(self.build)}
         for path in self.build.rglob("*.c.o"):
             if re.search("/omentum_(objects|studies|cli)\\.dir/", str(path)):
                 self.objects[path.name[:-2]] = (path, path.read_bytes())
 
     def targets(self, name):
-        """What ninja builds for a test: the files of its command that lie in the build folder."""
-        inside = [pathlib.Path(word) for word in self.tests[name][0] if word.startswith(str(self.build) + "/")]
-        return [str(path.relative_to(self.build)) for path in inside]
+        """What ninja builds for a test."""
+        return ctest_files.targets(self.tests[name], self.build)
 
     def make(self, targets):
         return self.call(["ninja", "-C", str(self.build), f"-j{self.jobs}", *targets])
 
     def run(self, name, limit):
         """(0 passed, 77 skipped or another number, processor seconds); `limit` in processor seconds."""
-        command, properties = self.tests[name]
-        environment = dict(self.environment)
-        for item in filter(None, properties.get("ENVIRONMENT", "").split(";")):
-            key, _, value = item.partition("=")
-            environment[key] = value
+        test = self.tests[name]
+        environment = {**self.environment, **test.environment}
 
         def restrain():
             os.setsid()
@@ -247,7 +232,7 @@ class Tree:
                 resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
 
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        process = subprocess.Popen(command, cwd=properties.get("WORKING_DIRECTORY", str(self.build)), env=environment,
+        process = subprocess.Popen(test.command, cwd=test.folder, env=environment,
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                    preexec_fn=restrain)
         try:
@@ -275,7 +260,7 @@ class Tree:
 def room_tests(tree, mutant, room, scope):
     """The tests of a mutant, in the order in which they run."""
     def is_slow(name):
-        return "slow" in tree.tests[name][1].get("LABELS", "").split(";")
+        return "slow" in tree.tests[name].labels
 
     own = [name for name in tree.tests if re.match(rf"(test|cli)_{room}(_|$)", name) or name in ROOM_CLI.get(room, [])]
     if room == "cli":
