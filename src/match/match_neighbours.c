@@ -7,6 +7,7 @@
 #include <cblas.h>
 #include <math.h>
 
+#include "base/base_blas.h"
 #include "match/match_spectral_internal.h"
 
 #define ROWS 32
@@ -50,24 +51,27 @@ OmStatus om__nearest_rows(int na, const double* a, int nb, const double* b, int 
                 a[(size_t)i * (size_t)k + (size_t)c] * a[(size_t)i * (size_t)k + (size_t)c];
     }
     for (int j = 0; j < nb; ++j) nearest[j] = 0;  // rows that are not finite
-    openblas_set_num_threads(1);
     Search s = {na, nb, k, stride_b, a, b, square, nearest};
+    om__blas_begin(1);
     om_parallel_for(nworker, nb, ROWS, search_rows, &s);
+    om__blas_end();
     om_free(square);
     return OM_OK;
 }
 
 void om__product_tn(int rows, int m, int n, const double* A, int stride_a, const double* B,
                     double* C) {
-    openblas_set_num_threads(1);
+    om__blas_begin(1);
     cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, m, n, rows, 1, A, stride_a, B, n, 0, C, n);
+    om__blas_end();
 }
 
 void om__product_nt(int rows, int m, int n, double scale, const double* A, int stride_a,
                     const double* B, double* C) {
-    openblas_set_num_threads(1);
+    om__blas_begin(1);
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, rows, n, m, scale, A, stride_a, B, m, 0, C,
                 n);
+    om__blas_end();
 }
 
 bool om__dense_solve(int n, double* M, int nrhs, double* r) {

@@ -18,6 +18,7 @@
 #include <pthread.h>
 #include <string.h>
 
+#include "base/base_blas.h"
 #include "omentum/solve_eigen.h"
 #include "solve/solve_internal.h"
 
@@ -334,8 +335,9 @@ OmStatus om_eigen_smallest(const OmEigenDef* def, const OmCsr* A, const OmCsr* B
     OmStatus status = lanczos_init(def, A, B, &L);
     if (status != OM_OK) goto done;
     pthread_mutex_lock(&arpack_lock);
-    om__blas_use_one_thread();
+    om__blas_begin(1);
     status = find_pairs(def, &L, A, B);
+    om__blas_end();
     pthread_mutex_unlock(&arpack_lock);
     OM_TRY_DONE(status);
     double residual = worst_residual(def, &L, A);

@@ -15,11 +15,10 @@
 #include <omp.h>
 #endif
 
+#include "base/base_blas.h"
 #include "solve/solve_internal.h"
 
 #define MANY_FLOPS 2e9  // some hundred milliseconds on one processor
-
-void openblas_set_num_threads(int n);  // OpenBLAS's own, in no header of the standard interface
 
 struct OmCholesky {
     cholmod_common common;
@@ -42,14 +41,14 @@ static OmStatus status_of(const OmCholesky* chol, const char* what) {
     return om_error(OM_INVALID, "CHOLMOD %s: status %d", what, code);
 }
 
-static void use_threads(const OmCholesky* chol) {
+static void begin_blas(const OmCholesky* chol) {
     bool is_alone = chol->is_single || om_worker_is_inside() || chol->flops < MANY_FLOPS;
-    openblas_set_num_threads(is_alone ? 1 : om_worker_count(0));
+    om__blas_begin(is_alone ? 1 : om_worker_count(0));
 }
 
 // Numeric factors, without CHOLMOD's own threads.
 static void factorise(OmCholesky* chol) {
-    use_threads(chol);
+    begin_blas(chol);
 #ifdef OM_WITH_OPENMP
     int nlevel = omp_get_max_active_levels();
     omp_set_max_active_levels(0);
@@ -58,9 +57,8 @@ static void factorise(OmCholesky* chol) {
 #ifdef OM_WITH_OPENMP
     omp_set_max_active_levels(nlevel);
 #endif
+    om__blas_end();
 }
-
-void om__blas_use_one_thread(void) { openblas_set_num_threads(1); }
 
 static void fill_pattern(const OmBsr* A, int* colptr, int* row) {
     int n = 0;
@@ -216,9 +214,10 @@ OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b) {
                        .x = b,
                        .xtype = CHOLMOD_REAL,
                        .dtype = CHOLMOD_DOUBLE};
-    use_threads(chol);
+    begin_blas(chol);
     cholmod_solve2(CHOLMOD_A, chol->factor, &B, NULL, &chol->X, NULL, &chol->Y, &chol->E,
                    &chol->common);
+    om__blas_end();
     OmStatus status = status_of(chol, "solve");
     if (status == OM_OK) memcpy(b, chol->X->x, n * (size_t)nrhs * sizeof(double));
     return status;

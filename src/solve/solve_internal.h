@@ -185,8 +185,6 @@ void om__cholesky_destroy(OmCholesky* chol);
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed);
 /// b: nrhs columns of 3 nvert, or of n for a matrix of numbers, overwritten with the solution.
 OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b);
-/// The BLAS works with the caller's thread alone from now on.
-void om__blas_use_one_thread(void);
 
 // ---- solve_umfpack.c --------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <umfpack.h>
 
+#include "base/base_blas.h"
 #include "solve/solve_internal.h"
 
 struct OmLu {
@@ -107,17 +108,21 @@ OmStatus om__lu_refresh(OmLu* lu, const OmBsr* A, const unsigned char* fixed) {
     }
     OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
     umfpack_dl_free_numeric(&lu->numeric);
-    return status_of(umfpack_dl_numeric(lu->begin, lu->row, lu->value, lu->symbolic, &lu->numeric,
-                                        lu->control, NULL),
-                     "factorise");
+    om__blas_begin(1);
+    long code = umfpack_dl_numeric(lu->begin, lu->row, lu->value, lu->symbolic, &lu->numeric,
+                                   lu->control, NULL);
+    om__blas_end();
+    return status_of(code, "factorise");
 }
 
 OmStatus om__lu_solve(OmLu* lu, int nrhs, double* b) {
     for (int k = 0; k < nrhs; ++k) {
         double* bk = b + (size_t)k * (size_t)lu->n;
-        OM_TRY(status_of(umfpack_dl_solve(UMFPACK_At, lu->begin, lu->row, lu->value, lu->y, bk,
-                                          lu->numeric, lu->control, NULL),
-                         "solve"));
+        om__blas_begin(1);
+        long code = umfpack_dl_solve(UMFPACK_At, lu->begin, lu->row, lu->value, lu->y, bk,
+                                     lu->numeric, lu->control, NULL);
+        om__blas_end();
+        OM_TRY(status_of(code, "solve"));
         memcpy(bk, lu->y, (size_t)lu->n * sizeof *bk);
     }
     return OM_OK;
