@@ -4,6 +4,7 @@
 // trial does not depend on the number of workers.
 #include "defras/defras_crew.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 #include "omentum/world.h"
@@ -43,6 +44,7 @@ static OmStatus worker_create(const Crew* c, Worker* w) {
 OmStatus om__crew_create(Crew* c, const OmScene* scene, OmSite* site, int nworker) {
     *c = (Crew){.scene = scene, .site = *site, .nworker = om_worker_count(nworker)};
     memset(site, 0, sizeof *site);
+    OM_TRY(om__slots_create(c->nworker, &c->free));
     OM_TRY(om__grid_build(&scene->task, &c->site, &c->grid));
     OM_TRY(om_body_model_create(scene, &c->site, 1, &c->model));
     c->worker = om_calloc((size_t)c->nworker, sizeof *c->worker);
@@ -64,6 +66,7 @@ void om__crew_done(Crew* c) {
         om_body_work_destroy(c->worker[k].work);
         om_free(c->worker[k].attempt.lifted);
     }
+    om__slots_destroy(c->free);
     om_free(c->worker);
     om_free(c->rest);
     om_body_model_destroy(c->model);
@@ -71,20 +74,15 @@ void om__crew_done(Crew* c) {
     *c = (Crew){.scene = NULL};
 }
 
-// As many trials run at once as there are workers: one of them is free.
-static Worker* take_worker(Crew* c) {
-    for (int k = 0;; k = (k + 1) % c->nworker)
-        if (!atomic_exchange(&c->worker[k].is_busy, true)) return &c->worker[k];
-}
-
 static void run_trials(void* ctx, int begin, int end, int block) {
     (void)block;
     Batch* b = ctx;
     for (int i = begin; i < end && atomic_load(&b->status) >= 0; ++i) {
-        Worker* w = take_worker(b->crew);
+        const int slot = om__slots_take(b->crew->free);
+        Worker* w = &b->crew->worker[slot];
         om_body_restore(w->attempt.body, b->crew->rest);
         OmStatus status = b->job(b->ctx, w, i);
-        atomic_store(&w->is_busy, false);
+        om__slots_give(b->crew->free, slot);
         int ndone = atomic_fetch_add(&b->ndone, 1) + 1;
         if (status >= 0 && !atomic_flag_test_and_set(&b->is_reporting)) {
             status = om_progress_report(b->progress, b->stage, ndone, b->n);

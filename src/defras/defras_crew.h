@@ -2,14 +2,12 @@
 #ifndef OMENTUM_DEFRAS_CREW_H
 #define OMENTUM_DEFRAS_CREW_H
 
-#include <stdatomic.h>
-
+#include "base/base_slots.h"
 #include "defras/defras_attempt.h"
 
 typedef struct Worker {  // what one trial needs for itself
     OmBodyWork* work;
     Attempt attempt;  // owns body, view and lifted
-    atomic_bool is_busy;
 } Worker;
 
 typedef struct Crew {
@@ -20,6 +18,7 @@ typedef struct Crew {
     void* rest;  // the settled state
     Worker* worker;
     int nworker;
+    OmSlots* free;  // workers without a trial
 } Crew;
 
 // Bodies of a site, which the crew takes over also on an error, and their state at rest.
