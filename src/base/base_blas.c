@@ -1,11 +1,11 @@
 // base_blas.c: the only owner of OpenBLAS's number of threads.
 //
-// OpenBLAS 0.3.21 (Debian 12, pthreads) has one number for the whole process. openblas_set_num_threads() writes it, each
-// product reads it when it begins, and neither is guarded: a number that another thread writes meanwhile is used. There
-// is no number per thread before 0.3.27 (openblas_set_num_threads_local). The bytes of a product may depend on the
-// number. So a scope that needs another number than the open ones waits until they have ended: each product has the
-// number that its caller wants, whatever other threads do. Scopes begin in the order in which they were requested, so
-// none waits for ever. After the last one the number from before the first is restored.
+// OpenBLAS 0.3.21 (Debian 12, pthreads) has one number for the whole process. openblas_set_num_threads() writes it,
+// each product reads it when it begins, and neither is guarded: a number that another thread writes meanwhile is used.
+// There is no number per thread before 0.3.27 (openblas_set_num_threads_local). The bytes of a product may depend on
+// the number. So a scope that needs another number than the open ones waits until they have ended: each product has
+// the number that its caller wants, whatever other threads do. Scopes begin in the order in which they were requested,
+// so none waits for ever. After the last one the number from before the first is restored.
 //
 // Rejected: the smallest number of all open scopes (the bytes of a long factorisation would depend on what runs beside
 // it); a number that is set and never restored (a program that uses the library finds its own products slower).
