@@ -3,27 +3,20 @@
 #include <string.h>
 
 #include "studies/study_attachments.h"
-
-#define MAX_PATH 1024
-#define WORD 96
-
-static OmStatus path_of(const Att* s, const char* name, char* path) {
-    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
-}
+#include "studies/study_table.h"
 
 // ---- report.html ----------------------------------------------------------------------------------
 
 static void add_outcome(const Att* s, OmReport* report) {
     const OmStudyGuessResult *one = &s->sum.by[OM_STUDY_SINGLE],
                              *three = &s->sum.by[OM_STUDY_THREE];
-    char text[500];
     if (!one->is_there) {
         om_report_verdict(report, "Left out, because this build does not have it: om_match_update.",
                           false);
         return;
     }
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, s->sum.is_met,
         "Median DSC %.2f and TPR %.0f %% over single views (goal %g and %.0f %%), %.2f and %.0f %% over "
         "three views (goal %g and %.0f %%), %.0f ms of processor time a view (goal %d ms): %s. %d of %d single "
         "views and %d of %d updates from three views were refused.",
@@ -31,51 +24,41 @@ static void add_outcome(const Att* s, OmReport* report) {
         three->dsc.median, 100 * three->tpr.median, OM_STUDY_ATT_DSC3, 100 * OM_STUDY_ATT_TPR3,
         one->ms, OM_STUDY_ATT_MS, s->sum.is_met ? "met" : "missed", one->nrefused, one->dsc.n,
         three->nrefused, three->dsc.n);
-    om_report_verdict(report, text, s->sum.is_met);
 }
 
 // Table 4.1: median and quartiles, ours and the thesis's.
 static void add_table(const Att* s, OmReport* report) {
-    enum { NOWN = 8, NCOL = 11 };
-    static const char* const heading[NCOL] = {"attachments", "DSC",     "TPR, %",     "AVE, mm",
-                                              "MVE, mm",     "refused", "lost views", "ms",
-                                              "thesis: DSC", "TPR, %",  "AVE, mm"};
-    static const char* const thesis[OM_STUDY_NGUESS][3] = {
-        {"0", "0", "27.0 (13.4-52.0)"},
-        {"0.42 (0.31-0.55)", "93 (84-100)", "6.7 (2.5-12.4)"},
-        {"1", "100", "0.6 (0.2-1.7)"},
-        {NULL, NULL, NULL},
-        {NULL, NULL, NULL},
-        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
-        {NULL, NULL, NULL},
-        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
-        {NULL, NULL, NULL},
-        {NULL, NULL, NULL},
-        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
-        {NULL, NULL, NULL}};
-    char text[OM_STUDY_NGUESS][NOWN][WORD] = {{{0}}};
-    const char* cell[OM_STUDY_NGUESS * NCOL] = {NULL};
-    int nrow = 0;
+    static const char* const thesis[OM_STUDY_NGUESS] = {
+        "0|0|27.0 (13.4-52.0)",
+        "0.42 (0.31-0.55)|93 (84-100)|6.7 (2.5-12.4)",
+        "1|100|0.6 (0.2-1.7)",
+        "||",
+        "||",
+        "0.76 (0.63-0.83)|83 (69-90)|1.2 (0.6-2.4)",
+        "||",
+        "0.76 (0.63-0.83)|83 (69-90)|1.2 (0.6-2.4)",
+        "||",
+        "||",
+        "0.76 (0.63-0.83)|83 (69-90)|1.2 (0.6-2.4)",
+        "||"};
+    StudyTable table = om__table(
+        "attachments|DSC|TPR, %|AVE, mm|MVE, mm|refused|lost views|ms|thesis: DSC|TPR, %|AVE, mm");
     for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess) {
         const OmStudyGuessResult* r = &s->sum.by[guess];
         if (!r->is_there) continue;
-        char(*t)[WORD] = text[nrow];
-        snprintf(t[0], WORD, "%s", om__study_guess_title[guess]);
-        om__attach_write_quartiles(t[1], WORD, 1, "%.2f", r->dsc);
-        om__attach_write_quartiles(t[2], WORD, 100, "%.0f", r->tpr);
-        om__attach_write_quartiles(t[3], WORD, 1e3, "%.1f", r->ave);
-        om__attach_write_quartiles(t[4], WORD, 1e3, "%.1f", r->mve);
-        if (guess >= OM_STUDY_SINGLE) {
-            snprintf(t[5], WORD, "%d of %d", r->nrefused, r->dsc.n);
-            snprintf(t[6], WORD, "%d", r->nlost);
-            snprintf(t[7], WORD, "%.0f", r->ms);
-        }
-        for (int c = 0; c < NOWN; ++c) cell[nrow * NCOL + c] = t[c];
-        for (int c = 0; c < 3; ++c) cell[nrow * NCOL + NOWN + c] = thesis[guess][c];
-        ++nrow;
+        om__table_row(&table, "%s", om__study_guess_title[guess]);
+        om__table_quartiles(&table, 1, "%.2f", r->dsc);
+        om__table_quartiles(&table, 100, "%.0f", r->tpr);
+        om__table_quartiles(&table, 1e3, "%.1f", r->ave);
+        om__table_quartiles(&table, 1e3, "%.1f", r->mve);
+        if (guess >= OM_STUDY_SINGLE)
+            om__table_row(&table, "%d of %d|%d|%.0f", r->nrefused, r->dsc.n, r->nlost, r->ms);
+        else
+            om__table_row(&table, "||");
+        om__table_row(&table, "%s", thesis[guess]);
     }
     om_report_heading(report, "Table 4.1");
-    om_report_table(report, heading, NCOL, cell, nrow);
+    om__table_end(&table, report);
     om_report_paragraph(
         report,
         "Median and quartiles over views. The thesis's columns are its Table 4.1: other tissue, other layouts "
@@ -86,47 +69,28 @@ static void add_table(const Att* s, OmReport* report) {
         "motion of the underside and shows what views of these lifts may tell.");
 }
 
-static OmStatus add_layouts(const Att* s, OmReport* report) {
-    enum { NCOL = 9 };
-    static const char* const heading[NCOL] = {"layout",  "held, %",      "view", "DSC",    "TPR, %",
-                                              "AVE, mm", "AVE Same, mm", "ms",   "refused"};
-    size_t nrow = (size_t)s->nlayout * ATT_NUPDATE, n = nrow * NCOL;
-    char(*text)[300] = om_alloc(n, sizeof *text);
-    const char** cell = om_alloc(n, sizeof *cell);
-    OmStatus status = text && cell ? OM_OK : OM_NO_MEMORY;
-    for (size_t i = 0; status == OM_OK && i < n; ++i) cell[i] = text[i];
-    for (size_t row = 0; status == OM_OK && row < nrow; ++row) {
+static void add_layouts(const Att* s, OmReport* report) {
+    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return;
+    StudyTable table = om__table("layout|held, %|view|DSC|TPR, %|AVE, mm|AVE Same, mm|ms|refused");
+    for (int row = 0; row < s->nlayout * ATT_NUPDATE; ++row) {
         const AttResult* r = &s->result[row / ATT_NUPDATE];
-        int k = (int)(row % ATT_NUPDATE);
+        const int k = row % ATT_NUPDATE;
         const AttUpdate* u = &r->update[k];
-        char(*t)[300] = text + row * NCOL;
-        bool is_three = k == MATCH_NGRASP;
+        const bool is_three = k == MATCH_NGRASP;
         double ave = 0, same = 0;
         for (int g = is_three ? 0 : k; g < (is_three ? MATCH_NGRASP : k + 1); ++g) {
             double part = is_three ? 1.0 / MATCH_NGRASP : 1;
             ave += part * r->ave[is_three ? OM_STUDY_THREE : OM_STUDY_SINGLE][g];
             same += part * r->ave[OM_STUDY_SAME][g];
         }
-        snprintf(t[0], sizeof *t, "%d", (int)(row / ATT_NUPDATE) + 1);
-        snprintf(t[1], sizeof *t, "%.0f", 100 * r->share);
-        if (is_three)
-            snprintf(t[2], sizeof *t, "all");
-        else
-            snprintf(t[2], sizeof *t, "%d", k + 1);
-        snprintf(t[3], sizeof *t, "%.2f", u->dsc);
-        snprintf(t[4], sizeof *t, "%.0f", 100 * u->tpr);
-        snprintf(t[5], sizeof *t, "%.1f", 1e3 * ave);
-        snprintf(t[6], sizeof *t, "%.1f", 1e3 * same);
-        snprintf(t[7], sizeof *t, "%.0f", u->ms);
-        snprintf(t[8], sizeof *t, "%s", u->is_accepted ? "" : u->reason);
+        om__table_row(&table, "%d|%.0f", row / ATT_NUPDATE + 1, 100 * r->share);
+        om__table_row(&table, is_three ? "all" : "%d", k + 1);
+        om__table_row(&table, "%.2f|%.0f|%.1f|%.1f|%.0f", u->dsc, 100 * u->tpr, 1e3 * ave,
+                      1e3 * same, u->ms);
+        om__table_cell(&table, u->is_accepted ? "" : u->reason);
     }
-    if (status == OM_OK && s->sum.by[OM_STUDY_SINGLE].is_there) {
-        om_report_heading(report, "Layouts");
-        om_report_table(report, heading, NCOL, cell, (int)nrow);
-    }
-    om_free(text);
-    om_free(cell);
-    return status;
+    om_report_heading(report, "Layouts");
+    om__table_end(&table, report);
 }
 
 // The underside from above, x to the right, y up: found and true, missed, wrong.
@@ -212,17 +176,16 @@ static OmStatus add_pictures(const Att* s, OmReport* report) {
 }
 
 static OmStatus write_report(const Att* s) {
-    char path[MAX_PATH], text[96];
-    OM_TRY(path_of(s, "report.html", path));
+    char text[96];
     OmReport report;
     snprintf(text, sizeof text, "estimated from views of a lifted sheet; layouts of set %d%s",
              s->def->set, s->def->is_quick ? ", quick" : "");
     om_report_begin(&report, "Attachments", text);
     add_outcome(s, &report);
     add_table(s, &report);
-    OmStatus status = add_layouts(s, &report);
+    add_layouts(s, &report);
     add_calibration(s, &report);
-    if (status == OM_OK) status = add_maps(s, &report);
+    OmStatus status = add_maps(s, &report);
     if (status == OM_OK) status = add_pictures(s, &report);
     om_report_heading(&report, "How");
     om_report_paragraph(
@@ -232,11 +195,7 @@ static OmStatus write_report(const Att* s) {
         "and lifted by 30, 40 or 50 mm by one arm; the depth camera sees it with the noise of a D435 and the tool "
         "in view. The twin believes in no attachment. AVE and MVE are the mean and largest distance between the "
         "moved twin and the truth at all vertices of the twin.");
-    if (status < 0) {
-        om_report_done(&report);
-        return status;
-    }
-    return om_report_save(&report, path);
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json, vertices.csv ---------------------------------------------------------------------
@@ -298,8 +257,6 @@ static void put_updates(OmJson* json, const char* key, const AttUpdate* update) 
 }
 
 static OmStatus write_json(const Att* s) {
-    char path[MAX_PATH];
-    OM_TRY(path_of(s, "study.json", path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -330,13 +287,11 @@ static OmStatus write_json(const Att* s) {
     }
     om_json_close(&json, ']');
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_csv(const Att* s) {
-    char path[MAX_PATH];
     OmText t = {0};
-    OM_TRY(path_of(s, "vertices.csv", path));
     OmStatus status =
         om_text_append(&t, "layout,views,x_mm,y_mm,true,attached,probability,uncertainty\n");
     for (int i = 0; i < s->nlayout; ++i) {
@@ -354,9 +309,7 @@ static OmStatus write_csv(const Att* s) {
                                         (double)u->uncertainty[v]);
         }
     }
-    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
-    om_text_done(&t);
-    return status;
+    return om__study_save_text(s->def->out_dir, "vertices.csv", &t, status);
 }
 
 OmStatus om__att_write(const Att* s) {

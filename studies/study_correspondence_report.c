@@ -1,14 +1,11 @@
 // study_correspondence_report.c: the study of correspondence as report.html, study.json and errors.csv.
 #include <math.h>
+#include <string.h>
 
 #include "studies/study_correspondence.h"
+#include "studies/study_table.h"
 
 #define MAX_PATH 1024
-#define WORD 64
-
-static OmStatus path_of(const Cor* s, const char* name, char* path) {
-    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
-}
 
 // One case of a way.
 static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* result) {
@@ -21,85 +18,60 @@ static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* 
 
 static void add_outcome(const Cor* s, OmReport* report) {
     const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
-    char text[400];
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, s->sum.is_met,
         "Folds of 135 degrees with a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
         "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
         "%d ms is %s.",
         1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms,
         1e3 * OM_STUDY_COR_MEDIAN, 1e3 * OM_STUDY_COR_P90, 100 * OM_STUDY_COR_ANSWERED,
         OM_STUDY_COR_MS, s->sum.is_met ? "met" : "missed");
-    om_report_verdict(report, text, s->sum.is_met);
 }
 
 static void add_summary(const OmStudyWayResult* result, const char* title, OmReport* report) {
-    enum { NCOL = 7 };
-    static const char* const heading[NCOL] = {
-        "way",         "median, mm", "90 %, mm",          "worst, mm",
-        "answered, %", "lost cases", "processor time, ms"};
-    char text[OM_STUDY_NWAY][NCOL][WORD];
-    const char* cell[OM_STUDY_NWAY * NCOL];
-    int nrow = 0;
+    StudyTable table =
+        om__table("way|median, mm|90 %, mm|worst, mm|answered, %|lost cases|processor time, ms");
     for (int way = 0; way < OM_STUDY_NWAY; ++way) {
         const OmStudyWayResult* r = &result[way];
-        char(*t)[WORD] = text[nrow];
-        snprintf(t[0], WORD, "%s", om__study_way_title[way]);
-        snprintf(t[1], WORD, "%.1f", 1e3 * r->median);
-        snprintf(t[2], WORD, "%.1f", 1e3 * r->p90);
-        snprintf(t[3], WORD, "%.1f", 1e3 * r->worst);
-        snprintf(t[4], WORD, "%.0f", 100 * r->answered);
-        snprintf(t[5], WORD, "%d", r->nlost);
-        snprintf(t[6], WORD, "%.1f", r->ms);
-        for (int c = 0; c < NCOL; ++c) cell[nrow * NCOL + c] = t[c];
-        ++nrow;
+        om__table_row(&table, "%s|%.1f|%.1f|%.1f|%.0f|%d|%.1f", om__study_way_title[way],
+                      1e3 * r->median, 1e3 * r->p90, 1e3 * r->worst, 100 * r->answered, r->nlost,
+                      r->ms);
     }
     om_report_heading(report, title);
-    om_report_table(report, heading, NCOL, cell, nrow);
+    om__table_end(&table, report);
 }
 
 static OmStatus add_cases(const Cor* s, OmReport* report) {
-    const char* heading[OM_STUDY_NWAY + 2] = {"case", "points judged"};
-    int way_of[OM_STUDY_NWAY], nway = 0;
+    char heading[600] = "case|points judged";
+    OmStatus status = OM_OK;
     for (int way = 0; way < OM_STUDY_NWAY; ++way) {
-        heading[2 + nway] = om__study_way_title[way];
-        way_of[nway++] = way;
+        size_t n = strlen(heading);
+        snprintf(heading + n, sizeof heading - n, "|%s", om__study_way_title[way]);
     }
-    int ncol = nway + 2;
-    size_t n = (size_t)s->ncase * (size_t)ncol;
-    char(*text)[WORD] = om_alloc(n, WORD);
-    const char** cell = om_alloc(n, sizeof *cell);
-    OmStatus status = text && cell ? OM_OK : OM_NO_MEMORY;
+    StudyTable table = om__table(heading);
     for (int k = 0; status == OM_OK && k < s->ncase; ++k) {
-        size_t at = (size_t)k * (size_t)ncol;
-        snprintf(text[at], WORD, "%s", s->list[k].name);
-        for (int w = 0; status == OM_OK && w < nway; ++w) {
+        for (int way = 0; status == OM_OK && way < OM_STUDY_NWAY; ++way) {
             OmStudyWayResult r;
-            status = one_case(s, k, way_of[w], &r);
-            snprintf(text[at + 1], WORD, "%d", r.npoint);
-            const char* lost = s->result[k].way[way_of[w]].is_lost ? ", lost" : "";
+            status = one_case(s, k, way, &r);
+            if (way == 0) om__table_row(&table, "%s|%d", s->list[k].name, r.npoint);
+            const char* lost = s->result[k].way[way].is_lost ? ", lost" : "";
             if (r.answered > 0.995)
-                snprintf(text[at + 2 + (size_t)w], WORD, "%.1f / %.1f / %.1f%s", 1e3 * r.median,
-                         1e3 * r.p90, 1e3 * r.worst, lost);
+                om__table_row(&table, "%.1f / %.1f / %.1f%s", 1e3 * r.median, 1e3 * r.p90,
+                              1e3 * r.worst, lost);
             else if (r.answered > 0)
-                snprintf(text[at + 2 + (size_t)w], WORD, "%.1f / %.1f / %.1f, %.0f %%%s",
-                         1e3 * r.median, 1e3 * r.p90, 1e3 * r.worst, 100 * r.answered, lost);
+                om__table_row(&table, "%.1f / %.1f / %.1f, %.0f %%%s", 1e3 * r.median, 1e3 * r.p90,
+                              1e3 * r.worst, 100 * r.answered, lost);
             else
-                snprintf(text[at + 2 + (size_t)w], WORD, "none%s", lost);
+                om__table_row(&table, "none%s", lost);
         }
     }
-    for (size_t i = 0; status == OM_OK && i < n; ++i) cell[i] = text[i];
-    if (status == OM_OK) {
-        om_report_heading(report, "Cases");
-        om_report_paragraph(
-            report,
-            "Error in the rest shape in mm: median / 90 % / worst, over points that moved by "
-            "5 mm or more; a percentage is the share of them with an answer, where it is not "
-            "all. \"fewer\", \"more\", \"elsewhere\", \"none\" are the attachments of the twin.");
-        om_report_table(report, heading, ncol, cell, s->ncase);
-    }
-    om_free(text);
-    om_free(cell);
+    om_report_heading(report, "Cases");
+    om_report_paragraph(
+        report,
+        "Error in the rest shape in mm: median / 90 % / worst, over points that moved by "
+        "5 mm or more; a percentage is the share of them with an answer, where it is not "
+        "all. \"fewer\", \"more\", \"elsewhere\", \"none\" are the attachments of the twin.");
+    om__table_end(&table, report);
     return status;
 }
 
@@ -151,8 +123,6 @@ static OmStatus add_pictures(const Cor* s, OmReport* report) {
 }
 
 static OmStatus write_report(const Cor* s) {
-    char path[MAX_PATH], text[900];
-    OM_TRY(path_of(s, "report.html", path));
     OmReport report;
     om_report_begin(&report, "Correspondence",
                     "material points of a folded and pulled sheet, by several ways");
@@ -163,8 +133,8 @@ static OmStatus write_report(const Cor* s) {
     if (status == OM_OK) status = add_cases(s, &report);
     if (status == OM_OK) status = add_pictures(s, &report);
     om_report_heading(&report, "How");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        &report,
         "The truth is a sheet of 120 x 120 x 5 mm on a board in the simulated world: one and a half times "
         "the twin's cells along a side, two layers, 0.85 of its stiffness, moved by the world's arms and seen "
         "by its depth camera. A scan has points %.1f mm apart; the scans have %d to %d points, the twin's "
@@ -173,12 +143,7 @@ static OmStatus write_report(const Cor* s) {
         "the view is cut off by a plane.",
         1e3 * s->def->spacing, s->result[0].npoint, s->result[s->ncase - 1].npoint,
         s->result[0].nmodel, 1e3 * s->result[0].off);
-    om_report_paragraph(&report, text);
-    if (status < 0) {
-        om_report_done(&report);
-        return status;
-    }
-    return om_report_save(&report, path);
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json, errors.csv -----------------------------------------------------------------------
@@ -227,7 +192,6 @@ static OmStatus put_cases(OmJson* json, const Cor* s) {
 
 static OmStatus write_json(const Cor* s) {
     char path[MAX_PATH];
-    OM_TRY(path_of(s, "study.json", path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -247,9 +211,7 @@ static OmStatus write_json(const Cor* s) {
 }
 
 static OmStatus write_csv(const Cor* s) {
-    char path[MAX_PATH];
     OmText t = {0};
-    OM_TRY(path_of(s, "errors.csv", path));
     OmStatus status = om_text_append(&t, "case,moved_mm");
     for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way)
         status = om_text_append(&t, ",%s_mm", om__study_way_name[way]);
@@ -265,9 +227,7 @@ static OmStatus write_csv(const Cor* s) {
         }
     }
     if (status == OM_OK) status = om_text_append(&t, "\n");
-    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
-    om_text_done(&t);
-    return status;
+    return om__study_save_text(s->def->out_dir, "errors.csv", &t, status);
 }
 
 OmStatus om__cor_write(const Cor* s) {

@@ -1,19 +1,14 @@
 // study_kidney_report.c: the study of fat over the kidney as report.html, study.json, views.csv and samples.csv.
-#include <string.h>
 
 #include "studies/study_attach_protocol.h"
 #include "studies/study_internal.h"
 #include "studies/study_kidney_case.h"
 #include "studies/study_simulated_internal.h"
+#include "studies/study_table.h"
 
 #define MAX_PATH 1024
-#define WORD 48
 #define NSAMPLE 600  // of the thesis
 #define NRUN 10      // of the whole study
-
-static OmStatus path_of(const Kidney* s, const char* name, char* path) {
-    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
-}
 
 // The way that the outcome is judged by: all three, or physics without a network.
 static OmStudyKidneyWay main_way(const Kidney* s) {
@@ -47,43 +42,26 @@ static void add_outcome(const Kidney* s, OmReport* report) {
     om_report_verdict(report, text, m->is_met);
     const OmStudyKidneyDef* d = s->def;
     if (!d->is_quick && d->nsample == NSAMPLE && d->nrun == NRUN) return;
-    snprintf(text, sizeof text, "Not the study of the thesis: %s%d of %d samples, %d of %d runs.",
-             d->is_quick ? "coarse meshes, one row with two levels, " : "", d->nsample, NSAMPLE,
-             d->nrun, NRUN);
-    om_report_paragraph(report, text);
+    om__report_say(report, "Not the study of the thesis: %s%d of %d samples, %d of %d runs.",
+                   d->is_quick ? "coarse meshes, one row with two levels, " : "", d->nsample,
+                   NSAMPLE, d->nrun, NRUN);
 }
 
 // One line for each way.
 static void add_ways(const Kidney* s, OmReport* report) {
-    enum { NCOL = 10 };
-    static const char* const heading[NCOL] = {
-        "attachments", "mean, mm", "worst row, mm", "over Zero",   "volume, mm",
-        "DSC",         "TPR, %",   "refused",       "not at rest", "ms"};
-    char text[OM_STUDY_KIDNEY_NWAY][NCOL][WORD];
-    const char* cell[OM_STUDY_KIDNEY_NWAY * NCOL];
-    int nrow = 0;
+    StudyTable table = om__table(
+        "attachments|mean, mm|worst row, mm|over Zero|volume, mm|DSC|TPR, %|refused|not at rest|ms");
     for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
         const OmStudyKidneyTable* t = &s->sum.by[way];
         if (!t->is_there) continue;
-        char(*c)[WORD] = text[nrow];
-        snprintf(c[0], WORD, "%s", om__kidney_way_title[way]);
-        snprintf(c[1], WORD, "%.2f", 1e3 * t->mean);
-        snprintf(c[2], WORD, "%.2f", 1e3 * t->worst);
-        snprintf(c[3], WORD, "%.2f", t->ratio);
-        snprintf(c[4], WORD, "%.2f", 1e3 * t->volume);
-        snprintf(c[5], WORD, "%.2f", t->dsc);
-        snprintf(c[6], WORD, "%.0f", 100 * t->tpr);
-        snprintf(c[7], WORD, "%d", t->nrefused);
-        snprintf(c[8], WORD, "%d", t->nloose);
-        snprintf(c[9], WORD, "%.0f", t->ms);
-        for (int k = 0; k < NCOL; ++k) cell[nrow * NCOL + k] = c[k];
-        ++nrow;
+        om__table_row(&table, "%s|%.2f|%.2f|%.2f|%.2f|%.2f|%.0f|%d|%d|%.0f",
+                      om__kidney_way_title[way], 1e3 * t->mean, 1e3 * t->worst, t->ratio,
+                      1e3 * t->volume, t->dsc, 100 * t->tpr, t->nrefused, t->nloose, t->ms);
     }
     om_report_heading(report, "Dissection: ways compared");
-    om_report_table(report, heading, NCOL, cell, nrow);
-    char note[900];
-    snprintf(
-        note, sizeof note,
+    om__table_end(&table, report);
+    om__report_say(
+        report,
         "Rows: %d; views of a run: %d; runs, each with other noise: %d; tetrahedra of the truth: %d. Mean: AVE of "
         "the scan's points at their true material points, less its value at rest, mean over rows; at rest %.2f mm "
         "(thesis 3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
@@ -91,51 +69,39 @@ static void add_ways(const Kidney* s, OmReport* report) {
         "underside. The network found no correspondence in %d views of all runs. %d lifts of the truth ended early.",
         s->sum.nrow, s->sum.nview, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost,
         s->sum.nshort);
-    om_report_paragraph(report, note);
 }
 
-// Means and standard deviations over the rows that reached a level.
-static void add_levels(const Kidney* s, const OmStudyKidneyTable* t, char text[2][10][WORD]) {
+// The last two rows: means and standard deviations over the rows that reached a level.
+static void add_level_row(const Kidney* s, const OmStudyKidneyTable* t, bool is_sd,
+                          StudyTable* table) {
+    om__table_row(table, is_sd ? "Std|" : "Mean|");
     for (int k = 0; k < KIDNEY_NLEVEL; ++k) {
         double value[KIDNEY_NROW];
         int n = 0;
         for (int i = 0; i < s->sum.nrow; ++i)
             if (k < t->row[i].nlevel) value[n++] = 1e3 * t->row[i].ave[k];
         StudySample m = om__study_sample(value, n);
-        snprintf(text[0][2 + k], WORD, n ? "%.2f" : "-", m.mean);
-        snprintf(text[1][2 + k], WORD, n ? "%.2f" : "-", m.sd);
+        om__table_row(table, n ? "%.2f" : "-", is_sd ? m.sd : m.mean);
     }
 }
 
 // Table 4.3 of one way.
-static OmStatus add_table(const Kidney* s, int way, OmReport* report) {
-    enum { NCOL = 10, NLINE = KIDNEY_NROW + 2 };
-    static const char* const heading[NCOL] = {"grasp", "state", "10 mm", "20 mm", "30 mm",
-                                              "40 mm", "50 mm", "Mean",  "Std",   "Mean Zero"};
+static void add_table(const Kidney* s, int way, OmReport* report) {
     const OmStudyKidneyTable *t = &s->sum.by[way], *zero = &s->sum.by[OM_STUDY_KIDNEY_ZERO];
-    char(*text)[NCOL][WORD] = om_calloc(NLINE, sizeof *text);
-    const char* cell[NLINE * NCOL];
-    if (!text) return OM_NO_MEMORY;
+    StudyTable table = om__table("grasp|state|10 mm|20 mm|30 mm|40 mm|50 mm|Mean|Std|Mean Zero");
     for (int i = 0; i < s->sum.nrow; ++i) {
         const OmStudyKidneyRow* r = &t->row[i];
-        snprintf(text[i][0], WORD, "%c", 'A' + r->grasp);
-        snprintf(text[i][1], WORD, "%d", r->state + 1);
+        om__table_row(&table, "%c|%d", 'A' + r->grasp, r->state + 1);
         for (int k = 0; k < KIDNEY_NLEVEL; ++k)
-            snprintf(text[i][2 + k], WORD, k < r->nlevel ? "%.2f" : "-", 1e3 * r->ave[k]);
-        snprintf(text[i][7], WORD, "%.2f", 1e3 * r->mean);
-        snprintf(text[i][8], WORD, "%.2f", 1e3 * r->sd);
-        snprintf(text[i][9], WORD, "%.2f", 1e3 * zero->row[i].mean);
+            om__table_row(&table, k < r->nlevel ? "%.2f" : "-", 1e3 * r->ave[k]);
+        om__table_row(&table, "%.2f|%.2f|%.2f", 1e3 * r->mean, 1e3 * r->sd,
+                      1e3 * zero->row[i].mean);
     }
-    char(*last)[NCOL][WORD] = text + s->sum.nrow;
-    snprintf(last[0][0], WORD, "Mean");
-    snprintf(last[1][0], WORD, "Std");
-    snprintf(last[0][7], WORD, "%.2f", 1e3 * t->mean);
-    snprintf(last[0][9], WORD, "%.2f", 1e3 * zero->mean);
-    add_levels(s, t, last);
-    for (int i = 0; i < (s->sum.nrow + 2) * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
-    om_report_table(report, heading, NCOL, cell, s->sum.nrow + 2);
-    om_free(text);
-    return OM_OK;
+    add_level_row(s, t, false, &table);
+    om__table_row(&table, "%.2f||%.2f", 1e3 * t->mean, 1e3 * zero->mean);
+    add_level_row(s, t, true, &table);
+    om__table_row(&table, "||");
+    om__table_end(&table, report);
 }
 
 // Levels that the truth did not reach, and the reason.
@@ -197,11 +163,9 @@ static OmStatus add_pictures(const Kidney* s, OmReport* report) {
 
 static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     if (s->def->nrun == 0) return OM_OK;
-    char title[96];
     add_ways(s, report);
-    snprintf(title, sizeof title, "Table 4.3: %s", om__kidney_way_title[main_way(s)]);
-    om_report_heading(report, title);
-    OM_TRY(add_table(s, main_way(s), report));
+    om__report_head(report, "Table 4.3: %s", om__kidney_way_title[main_way(s)]);
+    add_table(s, main_way(s), report);
     om_report_paragraph(
         report, "AVE in mm, mean over the runs, less the error at rest. The thesis's mean of the "
                 "rows is 4.01 mm, its worst row 8.81 mm (B2), its Mean Zero 7.3 to 32.0 mm.");
@@ -209,7 +173,7 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
         if (!s->sum.by[way].is_there || way == (int)main_way(s)) continue;
         om_report_begin_fold(report, om__kidney_way_title[way]);
-        OM_TRY(add_table(s, way, report));
+        add_table(s, way, report);
         om_report_end_fold(report);
     }
     OM_TRY(add_pictures(s, report));
@@ -221,31 +185,26 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
 // ---- samples --------------------------------------------------------------------------------------------
 
 static void add_samples_table(const Kidney* s, OmReport* report) {
-    enum { NCOL = 5, NROW = 3 };
-    static const char* const heading[NCOL] = {"attachments", "DSC", "TPR, %", "AVE, mm",
-                                              "thesis: DSC / AVE"};
     const OmStudyKidneySummary* m = &s->sum;
-    char text[NROW][NCOL][WORD] = {{"network", "-", "-", "-", "0.51 (0.40-0.60) / 1.4 (0.7-3.2)"},
-                                   {"Same: the true ones", "1", "100", "", ""},
-                                   {"Zero: none", "0", "0", "", ""}};
-    const char* cell[NROW * NCOL];
-    om__attach_write_quartiles(text[0][1], WORD, 1, "%.2f", m->dsc);
-    om__attach_write_quartiles(text[0][2], WORD, 100, "%.0f", m->tpr);
-    om__attach_write_quartiles(text[0][3], WORD, 1e3, "%.1f", m->ave);
-    om__attach_write_quartiles(text[1][3], WORD, 1e3, "%.1f", m->same);
-    om__attach_write_quartiles(text[2][3], WORD, 1e3, "%.1f", m->zero);
-    for (int i = 0; i < NROW * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
+    StudyTable table = om__table("attachments|DSC|TPR, %|AVE, mm|thesis: DSC / AVE");
+    om__table_row(&table, "network");
+    om__table_quartiles(&table, 1, "%.2f", m->dsc);
+    om__table_quartiles(&table, 100, "%.0f", m->tpr);
+    om__table_quartiles(&table, 1e3, "%.1f", m->ave);
+    om__table_row(&table, "0.51 (0.40-0.60) / 1.4 (0.7-3.2)|Same: the true ones|1|100");
+    om__table_quartiles(&table, 1e3, "%.1f", m->same);
+    om__table_row(&table, "|Zero: none|0|0");
+    om__table_quartiles(&table, 1e3, "%.1f", m->zero);
+    om__table_row(&table, "%s", "");
     om_report_heading(report, "Samples: random attachments and loads, the network alone");
-    om_report_table(report, heading, NCOL, cell, NROW);
-    char note[700];
-    snprintf(
-        note, sizeof note,
+    om__table_end(&table, report);
+    om__report_say(
+        report,
         "Median and quartiles over %d samples of one geometry, seed %d (the thesis has 600); median of the "
         "largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d simulations stopped "
         "before the whole displacement of the grasp, and count with the part that they reached. %d more samples "
         "could not be made, for no draw had an equilibrium, and are in no row.",
         m->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped, m->nfailed);
-    om_report_paragraph(report, note);
 }
 
 // A sample as in Fig. 4.10, made again.
@@ -307,16 +266,12 @@ static OmStatus add_samples(const Kidney* s, OmReport* report) {
 
 static OmStatus write_report(const Kidney* s) {
     OmReport report;
-    char path[MAX_PATH];
-    OM_TRY(path_of(s, "report.html", path));
     om_report_begin(&report, "Fat over the kidney",
                     s->def->is_quick ? "thesis 4.5, quick" : "thesis 4.5");
     add_outcome(s, &report);
     OmStatus status = add_samples(s, &report);
     if (status == OM_OK) status = add_lifts(s, &report);
-    if (status == OM_OK) return om_report_save(&report, path);
-    om_report_done(&report);
-    return status;
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json ---------------------------------------------------------------------------------------
@@ -370,9 +325,7 @@ static void put_samples(const Kidney* s, OmJson* json) {
 }
 
 static OmStatus write_json(const Kidney* s) {
-    char path[MAX_PATH];
     OmText text = {0};
-    OM_TRY(path_of(s, "study.json", path));
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
     om_json_bool(&json, "quick", s->def->is_quick);
@@ -393,10 +346,7 @@ static OmStatus write_json(const Kidney* s) {
         om_json_close(&json, '}');
     }
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 // ---- views.csv, samples.csv -----------------------------------------------------------------------------
@@ -415,9 +365,8 @@ static OmStatus append_view(const KidneyView* v, const char* head, OmText* text)
 }
 
 static OmStatus write_views(const Kidney* s) {
-    char path[MAX_PATH], head[64];
+    char head[64];
     OmText text = {0};
-    OM_TRY(path_of(s, "views.csv", path));
     OmStatus status =
         om_text_append(&text, "state,run,rest_mm,grasp,lift_mm,attachments,error_mm,volume_mm,dsc,"
                               "tpr,accepted,not_at_rest\n");
@@ -428,15 +377,11 @@ static OmStatus write_views(const Kidney* s) {
         for (int k = 0; k < r->nview && status == OM_OK; ++k)
             status = append_view(&r->view[k], head, &text);
     }
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om__study_save_text(s->def->out_dir, "views.csv", &text, status);
 }
 
 static OmStatus write_samples(const Kidney* s) {
-    char path[MAX_PATH];
     OmText text = {0};
-    OM_TRY(path_of(s, "samples.csv", path));
     OmStatus status =
         om_text_append(&text, "sample,made,input_mm,visible,attached,dsc,tpr,ave_mm,ave_same_mm,"
                               "ave_zero_mm,stopped\n");
@@ -446,9 +391,7 @@ static OmStatus write_samples(const Kidney* s) {
                                 r->is_made, 1e3 * r->input, r->visible, r->share, r->dsc, r->tpr,
                                 1e3 * r->ave, 1e3 * r->same, 1e3 * r->zero, r->nstopped);
     }
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om__study_save_text(s->def->out_dir, "samples.csv", &text, status);
 }
 
 OmStatus om__kidney_write(const Kidney* s) {

@@ -4,6 +4,7 @@
 
 #include "omentum/report.h"
 #include "studies/study_learning_internal.h"
+#include "studies/study_table.h"
 
 enum { SIDE = 7, CELL = 24, MAX_POINT = 400, TEXT = 32 };
 
@@ -92,43 +93,34 @@ static OmStatus add_map(OmReport* report, const Learning* s, int learner, int wo
     return OM_OK;
 }
 
-static void print(char* out, double value, const char* format) {
-    out[0] = 0;
-    if (isfinite(value)) snprintf(out, TEXT, format, value);
+// A number, or an empty cell where there is none.
+static void add_number(StudyTable* t, const char* format, double value) {
+    char text[TEXT] = "";
+    if (isfinite(value)) snprintf(text, sizeof text, format, value);
+    om__table_cell(t, text);
 }
 
 static void add_table(OmReport* report, const OmStudyLearningSummary* r) {
-    static const char* const heading[] = {
-        "",          "mean",        "of the lowest seed", "lowest start",  "near the fixed side",
-        "far third", "\"reality\"", "lowest there",       "steps to 90 %", "minutes"};
-    enum { NCOL = 10 };
-    char text[OM_NLEARNER][NCOL][TEXT];
-    const char* cell[OM_NLEARNER * NCOL];
-    int n = 0;
+    StudyTable table = om__table(
+        "|mean|of the lowest seed|lowest start|near the fixed side|far third|\"reality\"|lowest "
+        "there|steps to 90 %|minutes");
     for (int l = 0; l < OM_NLEARNER; ++l) {
         const OmStudyLearning* b = &r->by[l];
+        const double score[] = {b->mean,      b->least_mean,   b->lowest,        b->near_third,
+                                b->far_third, b->reality_mean, b->reality_lowest};
         if (!b->is_there) continue;
-        print(text[l][1], b->mean, "%.3f");
-        print(text[l][2], b->least_mean, "%.3f");
-        print(text[l][3], b->lowest, "%.3f");
-        print(text[l][4], b->near_third, "%.3f");
-        print(text[l][5], b->far_third, "%.3f");
-        print(text[l][6], b->reality_mean, "%.3f");
-        print(text[l][7], b->reality_lowest, "%.3f");
-        print(text[l][8], b->steps90, "%.0f");
-        print(text[l][9], b->seconds / 60, "%.1f");
-        cell[NCOL * n] = label[l];
-        for (int c = 1; c < NCOL; ++c) cell[NCOL * n + c] = text[l][c];
-        ++n;
+        om__table_cell(&table, label[l]);
+        for (int k = 0; k < 7; ++k) add_number(&table, "%.3f", score[k]);
+        add_number(&table, "%.0f", b->steps90);
+        add_number(&table, "%.1f", b->seconds / 60);
     }
-    om_report_table(report, heading, NCOL, cell, n);
+    om__table_end(&table, report);
 }
 
 OmStatus om__learning_report(const Learning* s, const OmStudyLearningSummary* r) {
     OmReport report;
     OmStatus status = OM_OK;
-    char path[1024], text[256], verdict[600];
-    OM_TRY(om_path_join(s->def->out_dir, "report.html", path, sizeof path));
+    char text[256], verdict[600];
     snprintf(text, sizeof text, "task %s, %d seeds, %lld steps a training", s->def->task,
              s->def->nseed, (long long)s->def->nstep);
     om_report_begin(&report, "Learning to retract", text);
@@ -136,12 +128,11 @@ OmStatus om__learning_report(const Learning* s, const OmStudyLearningSummary* r)
              r->missed[0] ? r->missed : "a simulation in \"reality\" failed");
     om_report_verdict(&report, r->is_met ? "Every bound that was measured is met." : verdict,
                       r->is_met);
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        &report,
         "Score: %s. Each policy takes its most probable action from %d starts. Thesis, real robot (Fig. 5.10): "
         "PPO 0.38 without the starts near the attachment, GAIL 0.90.",
         s->score_name, s->nstart);
-    om_report_paragraph(&report, text);
     add_table(&report, r);
     om_report_heading(&report, "Learning curves (Fig. 5.7)");
     for (int l = 0; l < OM_NLEARNER && status >= 0; ++l) status = add_curve(&report, s, l);
@@ -152,7 +143,5 @@ OmStatus om__learning_report(const Learning* s, const OmStudyLearningSummary* r)
         om_report_paragraph(&report, "Rows begin at the fixed side of the fat. Dark: 0, light: 1.");
         for (int l = 0; l < OM_NLEARNER && status >= 0; ++l) status = add_map(&report, s, l, world);
     }
-    if (status >= 0) return om_report_save(&report, path);
-    om_report_done(&report);
-    return status;
+    return om__report_end(&report, s->def->out_dir, status);
 }

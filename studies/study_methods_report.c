@@ -2,22 +2,15 @@
 #include <math.h>
 
 #include "studies/study_internal.h"
+#include "studies/study_table.h"
 
 #define NDEPTH OM_STUDY_NDEPTH
-#define WORD 40
-#define MAX_ROW (OM_STUDY_MAX_LESION + 2)
-
-static OmStatus path_of(const StudyMethods* s, const char* name, char* out, size_t size) {
-    return om_path_join(s->def->out_dir, name, out, size);
-}
 
 // ---- numbers for programs -------------------------------------------------------------------------
 
 static OmStatus write_json(const StudyMethods* s) {
     const OmStudyMethodsSummary* sum = &s->sum;
-    char path[1024];
     OmText text = {0};
-    OM_TRY(path_of(s, "study.json", path, sizeof path));
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
     om_json_string(&json, "weights", s->training);
@@ -38,13 +31,11 @@ static OmStatus write_json(const StudyMethods* s) {
     om_json_bool(&json, "bar_met", sum->is_met);
     om__study_put_contours(&json, &s->fit.study);
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_errors(const StudyMethods* s) {
-    char path[1024];
     OmText t = {0};
-    OM_TRY(path_of(s, "errors.csv", path, sizeof path));
     OmStatus status = om_text_append(&t, "method,lesion,depth_mm,error_mm,counts\n");
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < s->def->nlesion; ++l)
@@ -54,16 +45,14 @@ static OmStatus write_errors(const StudyMethods* s) {
                         om_text_append(&t, "%s,%d,%g,%.5f,%d\n", om__study_method_by_name[by],
                                        l + 1, 1e3 * s->fit.contact.depth[k],
                                        1e3 * s->error[by][l][k], om__study_methods_count(s, l, k));
-    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
-    om_text_done(&t);
-    return status;
+    return om__study_save_text(s->def->out_dir, "errors.csv", &t, status);
 }
 
 // ---- the report -----------------------------------------------------------------------------------
 
 static void add_outcome(const StudyMethods* s, OmReport* report) {
     const OmStudyMethodsSummary* sum = &s->sum;
-    char text[400], fact[4][WORD];
+    char text[400];
     int len = snprintf(
         text, sizeof text,
         "Criterion %s: the network's error is at %s %.2f mm %s than that of finite elements at "
@@ -76,29 +65,25 @@ static void add_outcome(const StudyMethods* s, OmReport* report) {
                             "; %s: %.0f %% of its paths are completed",
                             om__study_method_by_title[by], 100 * sum->by[by].stability);
     om_report_verdict(report, text, sum->is_met);
-    for (int by = 0; by < OM_STUDY_NBY; ++by)
-        snprintf(fact[by], WORD, "%.2f mm", 1e3 * sum->by[by].mean);
-    const char* value[] = {fact[0], fact[1], fact[2], fact[3]};
-    om_report_facts(report, value, om__study_method_by_title, OM_STUDY_NBY);
+    om__report_facts(report, "finite elements, prescribed|particles, calibrated|U-Mesh|rigid",
+                     "%.2f mm|%.2f mm|%.2f mm|%.2f mm", 1e3 * sum->by[0].mean,
+                     1e3 * sum->by[1].mean, 1e3 * sum->by[2].mean, 1e3 * sum->by[3].mean);
 }
 
 // Table 3.5.
 static void add_costs(const StudyMethods* s, OmReport* report) {
-    static const char* const heading[] = {"", "a step, ms", "stability, %", "mean error, mm"};
-    char text[OM_STUDY_NBY][3][WORD];
-    const char* cell[OM_STUDY_NBY][4];
+    StudyTable table = om__table("|a step, ms|stability, %|mean error, mm");
     for (int by = 0; by < OM_STUDY_NBY; ++by) {
         const OmStudyMethodResult* r = &s->sum.by[by];
-        snprintf(text[by][0], WORD, "%.2f", r->ms);
-        snprintf(text[by][1], WORD, "%.1f", 100 * r->stability);
-        snprintf(text[by][2], WORD, "%.2f", 1e3 * r->mean);
-        cell[by][0] = om__study_method_by_title[by];
-        cell[by][1] = by == OM_STUDY_RIGID ? NULL : text[by][0];
-        cell[by][2] = text[by][1];
-        cell[by][3] = text[by][2];
+        om__table_cell(&table, om__study_method_by_title[by]);
+        if (by == OM_STUDY_RIGID)
+            om__table_cell(&table, NULL);
+        else
+            om__table_row(&table, "%.2f", r->ms);
+        om__table_row(&table, "%.1f|%.2f", 100 * r->stability, 1e3 * r->mean);
     }
     om_report_heading(report, "Time and stability (thesis, Table 3.5)");
-    om_report_table(report, heading, 4, cell[0], OM_STUDY_NBY);
+    om__table_end(&table, report);
 }
 
 // Fig. 3.11 and the pairs behind it.
@@ -120,20 +105,17 @@ static void add_depths(const StudyMethods* s, OmReport* report) {
     }
     om_report_heading(report, "Accuracy");
     om_report_chart(report, &chart);
-    static const char* const heading[] = {"depth, mm", "lesions", "finite elements, mm",
-                                          "U-Mesh, mm", "U-Mesh less finite elements, mm"};
-    char text[NDEPTH][5][WORD];
-    const char* cell[NDEPTH][5];
+    StudyTable table = om__table(
+        "depth, mm|lesions|finite elements, mm|U-Mesh, mm|U-Mesh less finite elements, mm");
     for (int k = 0; k < NDEPTH; ++k) {
-        snprintf(text[k][0], WORD, "%.0f", depth[k]);
-        snprintf(text[k][1], WORD, "%d", sum->by[OM_STUDY_FE].ndepth[k]);
-        snprintf(text[k][2], WORD, "%.2f", 1e3 * sum->by[OM_STUDY_FE].error[k]);
-        snprintf(text[k][3], WORD, "%.2f", 1e3 * sum->by[OM_STUDY_UMESH].error[k]);
-        snprintf(text[k][4], WORD, "%+.2f", 1e3 * sum->gap[k]);
-        bool has = sum->by[OM_STUDY_FE].ndepth[k] > 0;
-        for (int c = 0; c < 5; ++c) cell[k][c] = has || c < 2 ? text[k][c] : NULL;
+        om__table_row(&table, "%.0f|%d", depth[k], sum->by[OM_STUDY_FE].ndepth[k]);
+        if (sum->by[OM_STUDY_FE].ndepth[k] > 0)
+            om__table_row(&table, "%.2f|%.2f|%+.2f", 1e3 * sum->by[OM_STUDY_FE].error[k],
+                          1e3 * sum->by[OM_STUDY_UMESH].error[k], 1e3 * sum->gap[k]);
+        else
+            om__table_row(&table, "||");
     }
-    om_report_table(report, heading, 5, cell[0], NDEPTH);
+    om__table_end(&table, report);
     om_report_paragraph(report,
                         "Means over the lesions for which truth and every method came to this "
                         "depth: the same for all, so differences are paired.");
@@ -141,65 +123,51 @@ static void add_depths(const StudyMethods* s, OmReport* report) {
 
 // Table 3.6 of one method.
 static void add_lesions(const StudyMethods* s, OmStudyMethod by, OmReport* report) {
-    const char* heading[NDEPTH + 1] = {"lesion"};
-    char name[NDEPTH][WORD], text[MAX_ROW][NDEPTH + 1][WORD], title[96];
-    const char* cell[MAX_ROW][NDEPTH + 1] = {{0}};
-    for (int k = 0; k < NDEPTH; ++k) {
-        snprintf(name[k], WORD, "D%.0f", 1e3 * s->fit.contact.depth[k]);
-        heading[1 + k] = name[k];
-    }
+    om__report_say(report, "Error by lesion, mm: %s%s", om__study_method_by_title[by],
+                   by == OM_STUDY_UMESH ? " (* outside the range of the training, by its own test)"
+                                        : "");
+    StudyTable table = om__study_depth_table("lesion", s->fit.contact.depth, "");
     for (int l = 0; l < s->def->nlesion; ++l) {
-        snprintf(text[l][0], WORD, "%d", l + 1);
-        cell[l][0] = text[l][0];
-        for (int k = 0; k < NDEPTH; ++k) {
-            if (s->error[by][l][k] < 0) continue;
-            bool is_marked = by == OM_STUDY_UMESH && s->is_outside[l][k];
-            snprintf(text[l][1 + k], WORD, "%.2f%s", 1e3 * s->error[by][l][k],
-                     is_marked ? " *" : "");
-            cell[l][1 + k] = text[l][1 + k];
-        }
+        om__table_row(&table, "%d", l + 1);
+        for (int k = 0; k < NDEPTH; ++k)
+            om__table_error(&table, s->error[by][l][k],
+                            by == OM_STUDY_UMESH && s->is_outside[l][k] ? " *" : "");
     }
-    snprintf(title, sizeof title, "Error by lesion, mm: %s%s", om__study_method_by_title[by],
-             by == OM_STUDY_UMESH ? " (* outside the range of the training, by its own test)" : "");
-    om_report_paragraph(report, title);
-    om_report_table(report, heading, NDEPTH + 1, cell[0], s->def->nlesion);
+    om__table_end(&table, report);
 }
 
 // The statements of Table 3.7 with their numbers.
 static void add_statements(const StudyMethods* s, OmReport* report) {
-    static const char* const heading[] = {"", "finite elements", "particles", "U-Mesh"};
     const OmStudyMethodResult* r = s->sum.by;
-    char ms[3][WORD], error[3][WORD], ways[3][WORD];
-    for (int by = 0; by < 3; ++by) {
-        snprintf(ms[by], WORD, "%.2f ms, %.0f a second", r[by].ms,
-                 r[by].ms > 0 ? 1e3 / r[by].ms : 0);
-        snprintf(error[by], WORD, "%.2f mm", 1e3 * r[by].mean);
-        snprintf(ways[by], WORD, "%.0f %% of the paths", 100 * r[by].stability);
-    }
-    const char* cell[][4] = {
-        {"time of a step", ms[0], ms[1], ms[2]},
-        {"error on the lesions", error[0], error[1], error[2]},
-        {"stability", ways[0], ways[1], ways[2]},
-        {"parameters", "physical: Young's modulus, Poisson's ratio",
-         "of the clusters, to be calibrated for each body", "none: those of the samples"},
-        {"new parameters during the task", "at once", "at once, after a calibration of minutes",
-         "new samples and training"},
-        {"where the probe touches",
-         "known beforehand (prescribed), or found (penalty, multipliers)", "found",
-         "known beforehand; other places are reported"},
-        {"forces", "on the probe and at the attachments", "none (clusters)", "none"},
-    };
+    StudyTable table = om__table("|finite elements|particles|U-Mesh");
+    om__table_row(&table, "time of a step");
+    for (int by = 0; by < 3; ++by)
+        om__table_row(&table, "%.2f ms, %.0f a second", r[by].ms,
+                      r[by].ms > 0 ? 1e3 / r[by].ms : 0);
+    om__table_row(&table, "error on the lesions|%.2f mm|%.2f mm|%.2f mm", 1e3 * r[0].mean,
+                  1e3 * r[1].mean, 1e3 * r[2].mean);
+    om__table_row(&table,
+                  "stability|%.0f %% of the paths|%.0f %% of the paths|%.0f %% of the paths",
+                  100 * r[0].stability, 100 * r[1].stability, 100 * r[2].stability);
+    om__table_row(&table,
+                  "parameters|physical: Young's modulus, Poisson's ratio|"
+                  "of the clusters, to be calibrated for each body|none: those of the samples");
+    om__table_row(&table, "new parameters during the task|at once|"
+                          "at once, after a calibration of minutes|new samples and training");
+    om__table_row(&table, "where the probe touches|"
+                          "known beforehand (prescribed), or found (penalty, multipliers)|found|"
+                          "known beforehand; other places are reported");
+    om__table_row(&table, "forces|on the probe and at the attachments|none (clusters)|none");
     om_report_heading(report, "Properties of the methods (thesis, Table 3.7)");
-    om_report_table(report, heading, 4, cell[0], (int)(sizeof cell / sizeof *cell));
+    om__table_end(&table, report);
 }
 
 static void add_assumptions(const StudyMethods* s, OmReport* report) {
     const OmStudyMethodsDef* d = s->def;
     const OmStudyContactDef* c = &s->fit.contact;
-    char text[1000];
     om_report_heading(report, "Assumptions");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Truth: %d quadratic tetrahedra, static, lesions %.1f times as stiff, contact without friction, and the "
         "noise of the tracking (%.2f mm once a lesion, %.2f mm at each depth). Finite elements: %d linear "
         "tetrahedra, %s, %.0f Pa, %.2f. Particles: %d, %.3g mm apart; clusters of %.2f mm, radius %.2f mm, "
@@ -209,7 +177,6 @@ static void add_assumptions(const StudyMethods* s, OmReport* report) {
         om_law_name(c->material.law), c->material.young, c->material.poisson,
         s->fit.particles.nvert, 1e3 * d->spacing, 1e3 * d->cluster[0], 1e3 * d->cluster[1],
         d->cluster[2], s->training);
-    om_report_paragraph(report, text);
     om_report_paragraph(
         report,
         "The compared point is the point of a lesion's contour that faces the probe. For particles it is the particle "
@@ -219,8 +186,7 @@ static void add_assumptions(const StudyMethods* s, OmReport* report) {
 }
 
 static OmStatus write_report(const StudyMethods* s) {
-    char path[1024], subtitle[96];
-    OM_TRY(path_of(s, "report.html", path, sizeof path));
+    char subtitle[96];
     snprintf(subtitle, sizeof subtitle, "%d lesions of a breast phantom, 10 to 30 mm",
              s->def->nlesion);
     OmReport report;
@@ -231,7 +197,7 @@ static OmStatus write_report(const StudyMethods* s) {
     for (int by = 0; by < OM_STUDY_NBY; ++by) add_lesions(s, (OmStudyMethod)by, &report);
     add_statements(s, &report);
     add_assumptions(s, &report);
-    return om_report_save(&report, path);
+    return om__report_end(&report, s->def->out_dir, OM_OK);
 }
 
 OmStatus om__study_report_methods(const StudyMethods* s) {

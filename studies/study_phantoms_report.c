@@ -4,64 +4,47 @@
 
 #include "studies/study_attach_protocol.h"
 #include "studies/study_phantoms_eval.h"
+#include "studies/study_table.h"
 
-#define MAX_PATH 1024
-#define WORD 96
 #define MAP_SIDE 240     // pixels
 #define MAP_HALF 0.066   // m
 #define MAP_NEAR 0.0045  // m, from a pixel to its vertex, of the usual mesh
 
-static OmStatus path_of(const Phantoms* s, const char* name, char* path) {
-    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
-}
-
 // ---- Table 4.2 ------------------------------------------------------------------------------------------------
 
-// The thesis's rows: DSC, TPR, AVE, AVE Same, n.
-static const char* const thesis_row[OM_STUDY_PHANTOM_NROW][5] = {
-    {"0.28 (0.16-0.40)", "69 (33-93)", "3.2 (2.1-5.0)", "3.5 (2.4-4.8)", "101"},
-    {"0.40 (0.26-0.46)", "63 (49-79)", "3.1 (1.8-5.8)", "3.0 (2.0-4.7)", "79"},
-    {"0.43 (0.37-0.51)", "87 (67-100)", "3.7 (2.1-7.3)", "4.2 (2.5-6.2)", "85"},
-    {"0.54 (0.42-0.66)", "76 (53-90)", "3.4 (2.0-5.0)", "3.6 (2.4-5.0)", "80"},
-    {"0.41 (0.31-0.48)", "73 (49-94)", "3.9 (2.2-6.1)", "3.8 (2.6-5.4)", "85"},
-    {"0.44 (0.29-0.53)", "71 (55-87)", "5.0 (2.1-7.4)", "4.8 (3.1-5.7)", "44"},
-    {"0.44 (0.37-0.56)", "76 (55-90)", "3.9 (1.7-7.9)", "4.5 (1.9-7.2)", "15"},
-    {"0.41 (0.30-0.50)", "82 (60-98)", "2.8 (1.8-4.8)", "3.1 (2.3-4.8)", "198"},
-    {"0.40 (0.27-0.49)", "65 (35-84)", "4.1 (2.4-7.2)", "3.8 (2.6-5.7)", "147"},
-    {"0.50 (0.23-0.56)", "52 (35-60)", "7.4 (4.5-9.8)", "-", "24"},
-    {NULL, NULL, NULL, NULL, "345"},
+// The thesis's rows: DSC, TPR, AVE, AVE Same.
+static const char* const thesis_row[OM_STUDY_PHANTOM_NROW] = {
+    "0.28 (0.16-0.40)|69 (33-93)|3.2 (2.1-5.0)|3.5 (2.4-4.8)",
+    "0.40 (0.26-0.46)|63 (49-79)|3.1 (1.8-5.8)|3.0 (2.0-4.7)",
+    "0.43 (0.37-0.51)|87 (67-100)|3.7 (2.1-7.3)|4.2 (2.5-6.2)",
+    "0.54 (0.42-0.66)|76 (53-90)|3.4 (2.0-5.0)|3.6 (2.4-5.0)",
+    "0.41 (0.31-0.48)|73 (49-94)|3.9 (2.2-6.1)|3.8 (2.6-5.4)",
+    "0.44 (0.29-0.53)|71 (55-87)|5.0 (2.1-7.4)|4.8 (3.1-5.7)",
+    "0.44 (0.37-0.56)|76 (55-90)|3.9 (1.7-7.9)|4.5 (1.9-7.2)",
+    "0.41 (0.30-0.50)|82 (60-98)|2.8 (1.8-4.8)|3.1 (2.3-4.8)",
+    "0.40 (0.27-0.49)|65 (35-84)|4.1 (2.4-7.2)|3.8 (2.6-5.7)",
+    "0.50 (0.23-0.56)|52 (35-60)|7.4 (4.5-9.8)|-",
+    "|||",
 };
 
 // A table of one way beside the thesis's.
 static void add_table(const Phantoms* s, int way, OmReport* report) {
-    enum { NCOL = 12 };
-    static const char* const heading[NCOL] = {
-        "",  "DSC",     "TPR, %",      "AVE, mm", "AVE Same, mm", "volume, mm",
-        "n", "refused", "thesis: DSC", "TPR, %",  "AVE, mm",      "AVE Same, mm"};
-    char text[OM_STUDY_PHANTOM_NROW][8][WORD];
-    const char* cell[OM_STUDY_PHANTOM_NROW * NCOL] = {NULL};
-    int nrow = 0;
+    StudyTable table = om__table(
+        "|DSC|TPR, %|AVE, mm|AVE Same, mm|volume, mm|n|refused|thesis: DSC|TPR, %|AVE, mm|AVE Same, mm");
     for (int row = 0; row < OM_STUDY_PHANTOM_NROW; ++row) {
         const OmStudyPhantomResult* r = &s->sum.row[row];
         const OmStudyPhantomScore* w = &r->by[way];
         if (r->n == 0) continue;
-        char(*t)[WORD] = text[nrow];
-        snprintf(t[0], WORD, "%s", om__phantoms_row_title[row]);
-        om__attach_write_quartiles(t[1], WORD, 1, "%.2f", w->dsc);
-        om__attach_write_quartiles(t[2], WORD, 100, "%.0f", w->tpr);
-        om__attach_write_quartiles(t[3], WORD, 1e3, "%.1f", w->ave);
-        om__attach_write_quartiles(t[4], WORD, 1e3, "%.1f", r->same.ave);
-        om__attach_write_quartiles(t[5], WORD, 1e3, "%.1f", w->volume);
-        snprintf(t[6], WORD, "%d", r->n);
-        snprintf(t[7], WORD, "%d", w->nrefused);
-        for (int c = 0; c < 8; ++c) cell[nrow * NCOL + c] = t[c];
-        for (int c = 0; c < 4; ++c) cell[nrow * NCOL + 8 + c] = thesis_row[row][c];
-        ++nrow;
+        om__table_row(&table, "%s", om__phantoms_row_title[row]);
+        om__table_quartiles(&table, 1, "%.2f", w->dsc);
+        om__table_quartiles(&table, 100, "%.0f", w->tpr);
+        om__table_quartiles(&table, 1e3, "%.1f", w->ave);
+        om__table_quartiles(&table, 1e3, "%.1f", r->same.ave);
+        om__table_quartiles(&table, 1e3, "%.1f", w->volume);
+        om__table_row(&table, "%d|%d|%s", r->n, w->nrefused, thesis_row[row]);
     }
-    char title[WORD];
-    snprintf(title, sizeof title, "Table 4.2: %s", om__phantoms_way_title[way]);
-    om_report_heading(report, title);
-    om_report_table(report, heading, NCOL, cell, nrow);
+    om__report_head(report, "Table 4.2: %s", om__phantoms_way_title[way]);
+    om__table_end(&table, report);
 }
 
 static void add_outcome(const Phantoms* s, OmReport* report) {
@@ -69,12 +52,11 @@ static void add_outcome(const Phantoms* s, OmReport* report) {
     const OmStudyPhantomResult *all = &sum->row[OM_STUDY_PHANTOM_TOTAL],
                                *grasps = &sum->row[OM_STUDY_PHANTOM_GRASPS];
     int way = sum->has_network ? OM_STUDY_PHANTOM_ALL : OM_STUDY_PHANTOM_PHYSICS;
-    char text[700];
     if (!sum->has_network)
         om_report_verdict(
             report, "Left out, for there is no network: network, network fused, all three.", false);
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, sum->is_met,
         "By %s over %d steps of %d lifts: median DSC %.2f (goal %g, thesis 0.41), TPR %.0f %% (goal %.0f %%, "
         "thesis 72 %%), AVE %.1f mm with %.1f mm of the true attachments (goal: at most %.1f mm more). Over several "
         "grasps: DSC %.2f (goal %g, thesis 0.50), TPR %.0f %% (goal %.0f %%, thesis 52 %%). Goals %s. Error at rest "
@@ -84,16 +66,14 @@ static void add_outcome(const Phantoms* s, OmReport* report) {
         1e3 * all->by[way].ave.median, 1e3 * all->same.ave.median, 1e3 * OM_STUDY_PHANTOM_AVE,
         grasps->by[way].dsc.median, OM_STUDY_PHANTOM_DSC_GRASPS, 100 * grasps->by[way].tpr.median,
         100 * OM_STUDY_PHANTOM_TPR_GRASPS, sum->is_met ? "met" : "missed", 1e3 * sum->rest.median);
-    om_report_verdict(report, text, sum->is_met);
     const OmStudyPhantomsDef* d = s->def;
     int most = d->is_development ? PHANTOM_NDEV : PHANTOM_NSHAPE;
     most *= PHANTOM_NSET * PHANTOM_NSTART;
     if (sum->ncase == most && d->ngrasp == 0 && !d->is_quick && !d->is_development) return;
-    snprintf(text, sizeof text, "Not the study of the thesis: %s%s%d of %d configurations%s.",
-             d->is_development ? "shapes for development, " : "",
-             d->is_quick ? "coarse meshes, " : "", sum->ncase, most,
-             d->ngrasp > 0 || d->is_quick ? ", not all grasps" : "");
-    om_report_paragraph(report, text);
+    om__report_say(report, "Not the study of the thesis: %s%s%d of %d configurations%s.",
+                   d->is_development ? "shapes for development, " : "",
+                   d->is_quick ? "coarse meshes, " : "", sum->ncase, most,
+                   d->ngrasp > 0 || d->is_quick ? ", not all grasps" : "");
 }
 
 // ---- pictures ---------------------------------------------------------------------------------------------------
@@ -165,9 +145,7 @@ static OmStatus add_pictures(const Phantoms* s, int way, OmReport* report) {
     if (status == OM_OK) {
         memcpy(sorted, value, (size_t)n * sizeof *value);
         om_sort_doubles(sorted, n);
-        char title[WORD];
-        snprintf(title, sizeof title, "Best, median and worst by %s", om__phantoms_way_title[way]);
-        om_report_heading(report, title);
+        om__report_head(report, "Best, median and worst by %s", om__phantoms_way_title[way]);
     }
     static const char* const which[3] = {"best", "median", "worst"};
     const int rank[3] = {n - 1, n / 2, 0};
@@ -214,15 +192,14 @@ static OmStatus add_failures(const Phantoms* s, OmReport* report) {
     const OmStudyPhantomsSummary* sum = &s->sum;
     OmText text = {0};
     OmStatus status = OM_OK;
-    char note[500], name[64];
+    char name[64];
     om_report_heading(report, "What failed");
-    snprintf(
-        note, sizeof note,
+    om__report_say(
+        report,
         "Lifts that ended before the free length: %d of %d. Steps without correspondence, of which the network "
         "says nothing: %d of %d. Simulations with an estimate that stopped before the whole lift, and count with "
         "the part that they reached: %d.",
         sum->nshort, sum->nlift, sum->has_network ? sum->nlost : 0, sum->nview, sum->nloose);
-    om_report_paragraph(report, note);
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         om__phantoms_name(&s->c[i], name, sizeof name);
@@ -253,8 +230,6 @@ static OmStatus add_failures(const Phantoms* s, OmReport* report) {
 }
 
 static OmStatus write_report(const Phantoms* s) {
-    char path[MAX_PATH];
-    OM_TRY(path_of(s, "report.html", path));
     OmReport report;
     om_report_begin(&report, "Attachments of phantoms", "Table 4.2 in simulation");
     add_outcome(s, &report);
@@ -265,11 +240,7 @@ static OmStatus write_report(const Phantoms* s) {
         status = add_pictures(s, w, &report);
     if (status == OM_OK) status = add_failures(s, &report);
     add_how(&report);
-    if (status < 0) {
-        om_report_done(&report);
-        return status;
-    }
-    return om_report_save(&report, path);
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json, views.csv -----------------------------------------------------------------------------------
@@ -290,8 +261,6 @@ static void put_score(OmJson* json, const char* key, const OmStudyPhantomScore* 
 
 static OmStatus write_json(const Phantoms* s) {
     const OmStudyPhantomsSummary* sum = &s->sum;
-    char path[MAX_PATH];
-    OM_TRY(path_of(s, "study.json", path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -319,7 +288,7 @@ static OmStatus write_json(const Phantoms* s) {
     }
     om_json_close(&json, '}');
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus append_estimate(OmText* t, const char* name, const PhantomView* v, const char* way,
@@ -331,9 +300,8 @@ static OmStatus append_estimate(OmText* t, const char* name, const PhantomView* 
 }
 
 static OmStatus write_csv(const Phantoms* s) {
-    char path[MAX_PATH], name[64];
+    char name[64];
     OmText t = {0};
-    OM_TRY(path_of(s, "views.csv", path));
     OmStatus status = om_text_append(
         &t,
         "configuration,grasp,lift_mm,points,facing,force_n,same_ave_mm,zero_ave_mm,way,accepted,dsc,tpr,"
@@ -353,9 +321,7 @@ static OmStatus write_csv(const Phantoms* s) {
             if (r->joint[w].is_there)
                 status = append_estimate(&t, name, &all, om__phantoms_way_name[w], &r->joint[w]);
     }
-    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
-    om_text_done(&t);
-    return status;
+    return om__study_save_text(s->def->out_dir, "views.csv", &t, status);
 }
 
 OmStatus om__phantoms_write(const Phantoms* s) {

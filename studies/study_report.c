@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "studies/study_internal.h"
+#include "studies/study_table.h"
 
 #define NMETHOD OM_STUDY_NMETHOD
 #define NDEPTH OM_STUDY_NDEPTH
@@ -54,55 +55,40 @@ static void add_outcome(const Study* s, const StudyScore* score, OmReport* repor
     }
     for (int i = 0; i < s->nrun; ++i)
         nwhole += s->run[i].nrecord && s->run[i].ndone == s->run[i].nstep;
-    char text[512];
     if (nmet == ncell)
-        snprintf(text, sizeof text, "All %d combinations of method and mesh meet all criteria.",
-                 ncell);
+        om__report_judge(report, true, "All %d combinations of method and mesh meet all criteria.",
+                         ncell);
     else
-        snprintf(
-            text, sizeof text,
+        om__report_judge(
+            report, false,
             "%d of %d combinations of method and mesh meet all criteria; the others are listed below.",
             nmet, ncell);
-    om_report_verdict(report, text, nmet == ncell);
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Criteria: every method completes every path at every resolution, where completed means "
         "full depth reached, no inverted element, residual at most %.0e, no point of the contact surface "
         "deeper than %.1f mm in the probe, sub-steps counted in the time; and from 2,500 elements up an "
         "error at most 0.3 mm above that of the finest mesh.",
         s->def->tolerance, 1e3 * s->def->max_penetration);
-    om_report_paragraph(report, text);
-    char fact[5][48];
-    snprintf(fact[0], 48, "%d of %d", nwhole, nrun);
-    snprintf(fact[1], 48, "%.0f %%", worst);
-    snprintf(fact[2], 48, "%d", s->nlesion);
-    snprintf(fact[3], 48, "%d", s->surface.ntri);
-    snprintf(fact[4], 48, "%.2f mm", score->refinement.median);
-    const char* value[] = {fact[0], fact[1], fact[2], fact[3], fact[4]};
-    const char* label[] = {"paths completed", "of the path in the worst run", "lesions",
-                           "triangles of the contact surface",
-                           "between the two meshes of the truth (median)"};
-    om_report_facts(report, value, label, 5);
+    om__report_facts(
+        report,
+        "paths completed|of the path in the worst run|lesions|triangles of the contact "
+        "surface|between the two meshes of the truth (median)",
+        "%d of %d|%.0f %%|%d|%d|%.2f mm", nwhole, nrun, worst, s->nlesion, s->surface.ntri,
+        score->refinement.median);
 }
 
 static void add_misses(const Study* s, const StudyScore* score, OmReport* report) {
-    static const char* const heading[] = {"elements", "method", "why"};
-    const char* cell[3 * OM_STUDY_MAX_RESOLUTION * NMETHOD];
-    char number[OM_STUDY_MAX_RESOLUTION][WORD];
-    int n = 0;
+    StudyTable table = om__table("elements|method|why");
     for (int k = 0; k < s->def->nresolution; ++k) {
-        snprintf(number[k], WORD, "%d", s->def->resolution[k]);
         for (int m = 0; m < NMETHOD; ++m) {
             if (!s->def->has_method[m] || score->cell[k][m].is_met) continue;
-            cell[3 * n] = number[k];
-            cell[3 * n + 1] = om__study_method_title[m];
-            cell[3 * n + 2] = score->cell[k][m].why;
-            ++n;
+            if (table.ncell == 0) om_report_heading(report, "Missed criteria");
+            om__table_row(&table, "%d|%s", s->def->resolution[k], om__study_method_title[m]);
+            om__table_cell(&table, score->cell[k][m].why);
         }
     }
-    if (!n) return;
-    om_report_heading(report, "Missed criteria");
-    om_report_table(report, heading, 3, cell, n);
+    om__table_end(&table, report);
 }
 
 // ---- charts ---------------------------------------------------------------------------------------
@@ -154,22 +140,15 @@ static void add_depths(const Study* s, const StudyScore* score, OmReport* report
                                            depth, mean[m], NDEPTH, false};
     }
     om_report_chart(report, &chart);
-    const char* heading[NDEPTH + 1] = {"mean +- standard deviation, mm"};
-    char name[NDEPTH][WORD], text[NMETHOD + 1][NDEPTH][WORD];
-    const char* cell[(NMETHOD + 1) * (NDEPTH + 1)];
-    for (int d = 0; d < NDEPTH; ++d) {
-        snprintf(name[d], WORD, "D%.0f", 1e3 * s->def->depth[d]);
-        heading[d + 1] = name[d];
-    }
+    StudyTable table = om__study_depth_table("mean +- standard deviation, mm", s->def->depth, "");
     for (int m = 0; m <= NMETHOD; ++m) {
-        cell[m * (NDEPTH + 1)] = m < NMETHOD ? om__study_method_title[m] : "rigid model";
+        om__table_cell(&table, m < NMETHOD ? om__study_method_title[m] : "rigid model");
         for (int d = 0; d < NDEPTH; ++d) {
             const StudySample* v = &score->by_depth[m][d];
-            snprintf(text[m][d], WORD, v->n ? "%.2f +- %.2f" : "-", v->mean, v->sd);
-            cell[m * (NDEPTH + 1) + d + 1] = text[m][d];
+            om__table_row(&table, v->n ? "%.2f +- %.2f" : "-", v->mean, v->sd);
         }
     }
-    om_report_table(report, heading, NDEPTH + 1, cell, NMETHOD + 1);
+    om__table_end(&table, report);
 }
 
 static void add_times(const Study* s, const StudyScore* score, OmReport* report) {
@@ -185,11 +164,7 @@ static void add_times(const Study* s, const StudyScore* score, OmReport* report)
                            .limit2_name = "25 frames a second",
                            .is_log_x = true,
                            .is_log_y = true};
-    static const char* const heading[] = {"elements", "method", "median, ms", "least, ms",
-                                          "largest, ms"};
-    char text[OM_STUDY_MAX_RESOLUTION * NMETHOD][4][WORD];
-    const char* cell[OM_STUDY_MAX_RESOLUTION * NMETHOD * 5];
-    int n = 0;
+    StudyTable table = om__table("elements|method|median, ms|least, ms|largest, ms");
     for (int m = 0; m < NMETHOD; ++m) {
         for (int k = 0; k < s->def->nresolution; ++k) {
             const StudyCell* c = &score->cell[k][m];
@@ -203,52 +178,42 @@ static void add_times(const Study* s, const StudyScore* score, OmReport* report)
         for (int m = 0; m < NMETHOD; ++m) {
             const StudyCell* c = &score->cell[k][m];
             if (!c->ms.n) continue;
-            snprintf(text[n][0], WORD, "%d", c->ntet);
-            snprintf(text[n][1], WORD, "%.2f", c->ms.median);
-            snprintf(text[n][2], WORD, "%.2f", c->ms.min);
-            snprintf(text[n][3], WORD, "%.2f", c->ms.max);
-            cell[5 * n] = text[n][0];
-            cell[5 * n + 1] = om__study_method_title[m];
-            for (int i = 1; i < 4; ++i) cell[5 * n + i + 1] = text[n][i];
-            ++n;
+            om__table_row(&table, "%d|%s|%.2f|%.2f|%.2f", c->ntet, om__study_method_title[m],
+                          c->ms.median, c->ms.min, c->ms.max);
         }
     }
     om_report_heading(report, "What a step costs");
     om_report_chart(report, &chart);
-    om_report_table(report, heading, 5, cell, n);
+    om__table_end(&table, report);
 }
 
 static void add_stability(const Study* s, const StudyScore* score, OmReport* report) {
-    enum { NCOL = 1 + 2 * NMETHOD };
-    const char* heading[NCOL] = {"elements"};
-    char title[NMETHOD][2][48], text[OM_STUDY_MAX_RESOLUTION][NCOL][32];
-    const char* cell[OM_STUDY_MAX_RESOLUTION * NCOL];
+    char heading[160] = "elements";
     for (int m = 0; m < NMETHOD; ++m) {
-        snprintf(title[m][0], 48, "%s", om__study_method_title[m]);
-        snprintf(title[m][1], 48, "thesis");
-        heading[1 + 2 * m] = title[m][0];
-        heading[2 + 2 * m] = title[m][1];
+        size_t n = strlen(heading);
+        snprintf(heading + n, sizeof heading - n, "|%s|thesis", om__study_method_title[m]);
     }
+    StudyTable table = om__table(heading);
     for (int k = 0; k < s->def->nresolution; ++k) {
         const ThesisRow* row = find_thesis(s->def->resolution[k]);
-        snprintf(text[k][0], 32, "%d", s->def->resolution[k]);
+        om__table_row(&table, "%d", s->def->resolution[k]);
         for (int m = 0; m < NMETHOD; ++m) {
             const StudySample* v = &score->cell[k][m].stability;
-            snprintf(text[k][1 + 2 * m], 32, v->n ? "%.0f, %.0f, %.0f-%.0f" : "-", v->mean,
-                     v->median, v->min, v->max);
-            snprintf(text[k][2 + 2 * m], 32, "-");
-            if (!row) continue;
-            const int* t = row->value[thesis_column(m)];
-            snprintf(text[k][2 + 2 * m], 32, "%d, %d, %d-%d", t[0], t[1], t[2],
-                     thesis_column(m) == 0 ? row->lm_max : 100);
+            const int* t = row ? row->value[thesis_column(m)] : NULL;
+            om__table_row(&table, v->n ? "%.0f, %.0f, %.0f-%.0f" : "-", v->mean, v->median, v->min,
+                          v->max);
+            if (t)
+                om__table_row(&table, "%d, %d, %d-%d", t[0], t[1], t[2],
+                              thesis_column(m) == 0 ? row->lm_max : 100);
+            else
+                om__table_cell(&table, "-");
         }
-        for (int i = 0; i < NCOL; ++i) cell[k * NCOL + i] = text[k][i];
     }
     om_report_heading(report, "How far they come");
     om_report_paragraph(
         report, "Share of the path completed, in per cent: mean, median, and range over the "
                 "lesions; beside it the thesis's (Table 3.4).");
-    om_report_table(report, heading, NCOL, cell, s->def->nresolution);
+    om__table_end(&table, report);
 }
 
 // Force against depth over the first lesion, on the mesh nearest to the thesis's 4,126.
@@ -293,10 +258,9 @@ static void add_forces(const Study* s, OmReport* report) {
 // ---- assumptions --------------------------------------------------------------------------------
 
 static void add_truth(const Study* s, const StudyScore* score, OmReport* report) {
-    char text[1200];
     om_report_heading(report, "What the methods are measured against");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Truth is another model: %d quadratic tetrahedra in double precision, lesions %.1f times as stiff "
         "as the tissue, static equilibrium, and a contact integrated over the faces, without friction, "
         "in which the mean gap, weighted by the pressure, is %.3f mm (median). The same on %d quadratic "
@@ -305,21 +269,18 @@ static void add_truth(const Study* s, const StudyScore* score, OmReport* report)
         s->truth[0].ntet, s->def->lesion_ratio, score->sink.median, s->truth[0].ntet_coarse,
         score->refinement.median, score->refinement.upper, score->refinement.max,
         score->force_check.median);
-    om_report_paragraph(report, text);
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "What the tracking would have measured is truth and noise: %.2f mm for the registration by the "
         "pointer, one draw a lesion, and %.2f mm for the calibration of the probe, one draw a deformation, "
         "the spreads that the thesis gives (3.3.1), as standard deviations of the whole vector; seed %llu. "
         "So no error can be below about %.1f mm on average.",
         1e3 * s->def->pointer_noise, 1e3 * s->def->probe_noise, (unsigned long long)s->def->seed,
         0.92e3 * hypot(s->def->pointer_noise, s->def->probe_noise));
-    om_report_paragraph(report, text);
 }
 
 static void add_assumptions(const Study* s, OmReport* report) {
     const OmStudyContactDef* d = s->def;
-    char text[1400];
     om_report_heading(report, "Assumptions");
     const OmStudyBody* body = d->body;
     char own[320];
@@ -337,16 +298,15 @@ static void add_assumptions(const Study* s, OmReport* report) {
             ? own
             : "Body: a phantom. The thesis prints no dimension of its own; ours is half an ellipsoid of 150 x 120 x "
               "72 mm on an attached flat base, lesions of 5-10 mm between 10 and 35 mm deep.");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Probe: a rigid "
         "box, face %.0f x %.0f mm, edges rounded by %.0f mm (a choice: a sharp edge has unbounded "
         "pressure), pressed along the inward normal at the surface point over the lesion, from first contact, "
         "at %.3g m/s (the thesis prints m/s^2).",
         1e3 * PROBE_LONG, 1e3 * PROBE_WIDE, 1e3 * PROBE_ROUNDING, d->speed);
-    om_report_paragraph(report, text);
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Tissue of the models: homogeneous, %s, Young's modulus %.0f Pa and Poisson's ratio %.3g (not "
         "given in the thesis), %.0f kg/m^3, lumped masses, Rayleigh damping %.3g 1/s on mass, no gravity; "
         "linear tetrahedra. Implicit Euler, time step %.0f ms, one linearisation a step, further Newton "
@@ -356,7 +316,6 @@ static void add_assumptions(const Study* s, OmReport* report) {
         om_law_name(d->material.law), d->material.young, d->material.poisson, d->density,
         d->rayleigh_mass, 1e3 * d->time_step, d->tolerance, s->surface.ntri, d->friction,
         om_worker_count(d->nworker));
-    om_report_paragraph(report, text);
     om_report_paragraph(
         report,
         "PrescrDispl moves the points under the probe at first contact with it, as the thesis "
@@ -365,8 +324,7 @@ static void add_assumptions(const Study* s, OmReport* report) {
 }
 
 OmStatus om__study_write_report(const Study* s, const StudyScore* score) {
-    char path[1024], subtitle[160];
-    OM_TRY(om__study_path(s->def, path, sizeof path, "report.html"));
+    char subtitle[160];
     snprintf(subtitle, sizeof subtitle, "%s, %d lesions, %d meshes, three methods",
              s->def->body->name, s->nlesion, s->def->nresolution);
     OmReport report;
@@ -381,7 +339,5 @@ OmStatus om__study_write_report(const Study* s, const StudyScore* score) {
     add_forces(s, &report);
     add_truth(s, score, &report);
     add_assumptions(s, &report);
-    if (status == OM_OK) return om_report_save(&report, path);
-    om_report_done(&report);
-    return status;
+    return om__report_end(&report, s->def->out_dir, status);
 }

@@ -1,135 +1,87 @@
 // study_retraction_report.c: the tables of chapter 6 beside the thesis's: report.html for people, study.json for
 // programs.
 #include <math.h>
-#include <string.h>
 
 #include "studies/study_retraction_internal.h"
+#include "studies/study_table.h"
 
-#define WORD 96
 #define MAX_PATH 1024
 
 static const double thesis_replan[OM_RETRACTION_NGRID][OM_RETRACTION_NSHARE] = {
     {0.25, 0.24, 0.23, 0.24}, {0.68, 0.65, 0.63, 0.62}, {1.50, 1.48, 1.41, 1.42},
     {3.06, 2.97, 2.90, 2.88}, {5.88, 5.70, 5.51, 5.51}, {10.75, 10.21, 9.92, 9.87}};
 
-static void ratio_text(char* out, double value, const char* format) {
-    if (isnan(value))
-        snprintf(out, WORD, "-");
-    else
-        snprintf(out, WORD, format, value);
+static void add_number(StudyTable* t, const char* format, double value) {
+    char text[32] = "-";
+    if (!isnan(value)) snprintf(text, sizeof text, format, value);
+    om__table_cell(t, text);
 }
 
 // ---- scores -----------------------------------------------------------------------------------------------
 
-#define NSCORE 11
-
-static void put_score(const char* title, const OmRetractionScore* r, char cell[NSCORE][WORD]) {
-    snprintf(cell[0], WORD, "%s", title);
-    snprintf(cell[1], WORD, "%d of %d", r->nsuccess, r->nrun);
-    snprintf(cell[2], WORD, "%d of %d%s", r->nsuccess_possible, r->npossible,
-             r->nunknown ? ", some not searched" : "");
-    ratio_text(cell[3], 100 * r->visibility, "%.0f");
-    ratio_text(cell[4], 100 * r->visibility_mean, "%.0f");
-    ratio_text(cell[5], r->actions, "%.3g");
-    ratio_text(cell[6], r->events, "%.3g");
-    ratio_text(cell[7], r->force, "%.2f");
-    ratio_text(cell[8], r->force_world, "%.2f");
-    snprintf(cell[9], WORD, "%d of %d, %d", r->ngood, r->ntrigger, r->ngood_alone);
-    snprintf(cell[10], WORD, "%d", r->nfalse);
+static void add_score(const char* title, const OmRetractionScore* r, StudyTable* t) {
+    om__table_row(t, "%s|%d of %d|%d of %d%s", title, r->nsuccess, r->nrun, r->nsuccess_possible,
+                  r->npossible, r->nunknown ? ", some not searched" : "");
+    add_number(t, "%.0f", 100 * r->visibility);
+    add_number(t, "%.0f", 100 * r->visibility_mean);
+    add_number(t, "%.3g", r->actions);
+    add_number(t, "%.3g", r->events);
+    add_number(t, "%.2f", r->force);
+    add_number(t, "%.2f", r->force_world);
+    om__table_row(t, "%d of %d, %d|%d", r->ngood, r->ntrigger, r->ngood_alone, r->nfalse);
 }
 
 // The rows that were run, under a heading; nothing if there is none.
 static void add_scores(const char* title, const OmRetractionScore* score, const char* thesis,
                        OmReport* report) {
-    static const char* const heading[NSCORE] = {"",
-                                                "success",
-                                                "of those possible",
-                                                "visibility, %, median",
-                                                "mean",
-                                                "actions",
-                                                "force events",
-                                                "F_max / epsilon, twin",
-                                                "truth",
-                                                "updates to 2 mm, by attachments alone",
-                                                "false alarms"};
-    char text[OM_RETRACTION_NROW][NSCORE][WORD];
-    const char* cell[OM_RETRACTION_NROW * NSCORE];
-    int n = 0;
-    for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
-        if (score[row].nrun == 0) continue;
-        put_score(om__retraction_row_title[row], &score[row], text[n]);
-        for (int c = 0; c < NSCORE; ++c) cell[n * NSCORE + c] = text[n][c];
-        ++n;
+    StudyTable table = om__table(
+        "|success|of those possible|visibility, %, median|mean|actions|force events|F_max / epsilon, "
+        "twin|truth|updates to 2 mm, by attachments alone|false alarms");
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        if (score[row].nrun > 0) add_score(om__retraction_row_title[row], &score[row], &table);
+    if (table.ncell == 0) {
+        om__table_end(&table, report);
+        return;
     }
-    if (n == 0) return;
     om_report_heading(report, title);
-    om_report_table(report, heading, NSCORE, cell, n);
+    om__table_end(&table, report);
     om_report_paragraph(report, thesis);
 }
 
 // ---- cases ------------------------------------------------------------------------------------------------
 
-static void ceiling_text(const RetractionResult* r, char* out) {
+static void add_ceiling(const RetractionResult* r, StudyTable* t) {
+    const OmSearchResult* best = &r->ceiling.best;
     if (!r->has_ceiling)
-        snprintf(out, WORD, "not searched");
+        om__table_cell(t, "not searched");
     else if (r->ceiling.is_possible)
-        snprintf(out, WORD, "%d of %d, from %d actions%s", r->ceiling.best.nexposed,
-                 r->ceiling.best.nsequence, r->ceiling.best.naction,
-                 r->ceiling.best.first_block >= 0 ? ", both arms" : "");
+        om__table_row(t, "%d of %d, from %d actions%s", best->nexposed, best->nsequence,
+                      best->naction, best->first_block >= 0 ? ", both arms" : "");
     else
-        snprintf(out, WORD, "none of %d, %.0f %%", r->ceiling.best.nsequence,
-                 100 * r->ceiling.best.visibility);
+        om__table_row(t, "none of %d, %.0f %%", best->nsequence, 100 * best->visibility);
 }
 
-#define NRUN 9
-
-static void put_run(const RetractionResult* r, int row, char cell[NRUN][WORD]) {
+static void add_run(const RetractionResult* r, int row, StudyTable* t) {
     const RetractionRun* run = &r->run[row];
-    snprintf(cell[0], WORD, "%s", r->c.name);
-    snprintf(cell[1], WORD, "%s", om__retraction_row_title[row]);
-    ceiling_text(r, cell[2]);
-    snprintf(cell[3], WORD, "%.0f", 100 * run->visibility);
-    snprintf(cell[4], WORD, "%d", run->naction);
-    snprintf(cell[5], WORD, "%d / %d", run->nforce, run->nforce_world);
-    snprintf(cell[6], WORD, "%.2f / %.2f", run->force / run->epsilon,
-             run->force_world / run->epsilon);
-    snprintf(cell[7], WORD, run->ntrigger ? "%d of %d to 2 mm; %d adopted, %d followed" : "none",
-             run->ngood, run->ntrigger, run->nadopted, run->nfollowed);
-    snprintf(cell[8], WORD, "%s",
-             run->is_success ? "success" : om_retract_outcome_text(run->outcome));
+    om__table_row(t, "%s|%s", r->c.name, om__retraction_row_title[row]);
+    add_ceiling(r, t);
+    om__table_row(t, "%.0f|%d|%d / %d|%.2f / %.2f", 100 * run->visibility, run->naction,
+                  run->nforce, run->nforce_world, run->force / run->epsilon,
+                  run->force_world / run->epsilon);
+    om__table_row(t, run->ntrigger ? "%d of %d to 2 mm; %d adopted, %d followed" : "none",
+                  run->ngood, run->ntrigger, run->nadopted, run->nfollowed);
+    om__table_cell(t, run->is_success ? "success" : om_retract_outcome_text(run->outcome));
 }
 
-static OmStatus add_table(const Retraction* s, RetractionGroup group, OmReport* report) {
-    static const char* const heading[NRUN] = {"case",
-                                              "how",
-                                              "sequences that expose",
-                                              "visibility, %",
-                                              "actions",
-                                              "force events, twin / truth",
-                                              "F_max / epsilon",
-                                              "updates",
-                                              "result"};
-    int n = 0;
-    const size_t most = RETRACTION_MAX_CASE * OM_RETRACTION_NROW;
-    OmStatus status;
-    const char** cell = NULL;
-    char(*text)[NRUN][WORD] = NULL;
-    OM_ALLOC_DONE(text, most);
-    OM_ALLOC_DONE(cell, most * NRUN);
+static void add_table(const Retraction* s, RetractionGroup group, OmReport* report) {
+    StudyTable table = om__table(
+        "case|how|sequences that expose|visibility, %|actions|force events, twin / truth|F_max / "
+        "epsilon|updates|result");
     for (int i = 0; i < s->ncase; ++i)
-        for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
-            const RetractionResult* r = &s->result[i];
-            if (r->c.group != group || !r->has_run[row]) continue;
-            put_run(r, row, text[n]);
-            for (int c = 0; c < NRUN; ++c) cell[n * NRUN + c] = text[n][c];
-            ++n;
-        }
-    if (n > 0) om_report_table(report, heading, NRUN, cell, n);
-    status = OM_OK;
-done:
-    om_free(cell);
-    om_free(text);
-    return status;
+        for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+            if (s->result[i].c.group == group && s->result[i].has_run[row])
+                add_run(&s->result[i], row, &table);
+    om__table_end(&table, report);
 }
 
 // A picture, the links to the runs of a case, and the reasons of its failures.
@@ -172,7 +124,7 @@ static OmStatus add_group(const Retraction* s, RetractionGroup group, const char
     for (int i = 0; i < s->ncase; ++i) is_there = is_there || s->result[i].c.group == group;
     if (!is_there) return OM_OK;
     add_scores(title, score, thesis, report);
-    OM_TRY(add_table(s, group, report));
+    add_table(s, group, report);
     om_report_begin_fold(report, "Every case: attachments from above, and the reports of its runs");
     for (int i = 0; i < s->ncase; ++i)
         if (s->result[i].c.group == group) OM_TRY(add_case(&s->result[i], report));
@@ -182,45 +134,37 @@ static OmStatus add_group(const Retraction* s, RetractionGroup group, const char
 
 // ---- Table 6.2 --------------------------------------------------------------------------------------------
 
-#define NPLAN 6
-
-static void put_plan(const RetractionCase* c, const OmPreplan* plan, double epsilon,
-                     char cell[NPLAN][WORD]) {
-    snprintf(cell[0], WORD, "%d", c->number);
-    snprintf(cell[1], WORD, "%d of %d", plan->nexposing, plan->ntried);
-    for (int i = 2; i < NPLAN; ++i) snprintf(cell[i], WORD, "-");
-    if (plan->chosen < 0) return;
+static void add_plan(const RetractionCase* c, const OmPreplan* plan, double epsilon,
+                     StudyTable* t) {
+    om__table_row(t, "%d|%d of %d", c->number, plan->nexposing, plan->ntried);
+    if (plan->chosen < 0) {
+        om__table_row(t, "-|-|-|-");
+        return;
+    }
     const OmPreplanPoint* p = &plan->point[plan->chosen];
-    snprintf(cell[2], WORD, "(%d,%d)", p->block % plan->n + 1, p->block / plan->n + 1);
-    snprintf(cell[3], WORD, "%.0f", 100 * p->visibility);
-    snprintf(cell[4], WORD, "%d", p->naction);
-    snprintf(cell[5], WORD, "%.2f", p->force / epsilon);
+    om__table_row(t, "(%d,%d)|%.0f|%d|%.2f", p->block % plan->n + 1, p->block / plan->n + 1,
+                  100 * p->visibility, p->naction, p->force / epsilon);
 }
 
 static OmStatus add_plans(const Retraction* s, OmReport* report) {
-    static const char* const heading[NPLAN] = {
-        "scenario", "points that expose", "chosen", "visibility, %", "actions", "F_max / epsilon"};
-    char text[RETRACTION_NSCENARIO][NPLAN][WORD];
-    const char* cell[RETRACTION_NSCENARIO * NPLAN];
-    int n = 0;
     OmPreplan* plan;
     OM_ALLOC(plan, 1);
+    StudyTable table =
+        om__table("scenario|points that expose|chosen|visibility, %|actions|F_max / epsilon");
     for (int i = 0; i < s->ncase; ++i) {
         const RetractionCase* c = &s->result[i].c;
-        if (c->group != RETRACTION_SCENARIO || c->kind != RETRACTION_FEWER ||
-            om__retraction_load_preplan(s, c, plan) != OM_OK)
-            continue;
-        put_plan(c, plan, s->sum.epsilon, text[n]);
-        for (int k = 0; k < NPLAN; ++k) cell[n * NPLAN + k] = text[n][k];
-        ++n;
+        if (c->group == RETRACTION_SCENARIO && c->kind == RETRACTION_FEWER &&
+            om__retraction_load_preplan(s, c, plan) == OM_OK)
+            add_plan(c, plan, s->sum.epsilon, &table);
     }
     om_free(plan);
-    if (n == 0) return OM_OK;
-    om_report_heading(report, "Plans before (Table 6.2)");
-    om_report_table(report, heading, NPLAN, cell, n);
-    om_report_paragraph(report,
-                        "The thesis: visibility 100, 100, 100, 95, 80, 100, 93, 100 %; actions "
-                        "4, 6, 6, 5, 5, 5, 5, 5; F_max 1.0 to 2.0 epsilon, median 1.3.");
+    const bool is_there = table.ncell > 0;
+    if (is_there) om_report_heading(report, "Plans before (Table 6.2)");
+    om__table_end(&table, report);
+    if (is_there)
+        om_report_paragraph(report,
+                            "The thesis: visibility 100, 100, 100, 95, 80, 100, 93, 100 %; actions "
+                            "4, 6, 6, 5, 5, 5, 5, 5; F_max 1.0 to 2.0 epsilon, median 1.3.");
     return OM_OK;
 }
 
@@ -228,55 +172,44 @@ static OmStatus add_plans(const Retraction* s, OmReport* report) {
 
 static void add_threshold(const Retraction* s, OmReport* report) {
     const OmForceCalibration* f = &s->threshold.force;
-    char text[500];
     if (!s->has_threshold) return;
     om_report_heading(report, "The force threshold (6.5.1)");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "%d grasps in %d layouts: median of the largest pulls %.3f N (quartiles %.3f and %.3f), so "
         "epsilon is %.2f N; the study uses %.2f N. The truth bears up to %.2f N more (95 %% of the "
         "instants). The thesis has a median of 0.15 N and 0.3 N, of nodal forces on its own mesh.",
         f->nrun, s->threshold.nlayout, f->median, f->lower_quartile, f->upper_quartile,
         f->threshold, s->sum.epsilon, f->margin);
-    om_report_paragraph(report, text);
 }
 
 static void add_replan(const Retraction* s, OmReport* report) {
-    enum { NCOL = 1 + OM_RETRACTION_NSHARE };
-    static const char* const heading[NCOL] = {"blocks along a side", "10 % attached", "30 %",
-                                              "50 %", "70 %"};
-    char text[OM_RETRACTION_NGRID][NCOL][WORD];
-    const char* cell[OM_RETRACTION_NGRID * NCOL];
     if (!s->has_replan) return;
+    StudyTable table = om__table("blocks along a side|10 % attached|30 %|50 %|70 %");
     for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {
-        snprintf(text[g][0], WORD, "%d", 5 + g);
+        om__table_row(&table, "%d", 5 + g);
         for (int f = 0; f < OM_RETRACTION_NSHARE; ++f)
-            snprintf(text[g][1 + f], WORD, "%.1f +- %.1f (%.0f)", 1e3 * s->replan.mean[g][f],
-                     1e3 * s->replan.sd[g][f], 1e3 * thesis_replan[g][f]);
-        for (int c = 0; c < NCOL; ++c) cell[g * NCOL + c] = text[g][c];
+            om__table_row(&table, "%.1f +- %.1f (%.0f)", 1e3 * s->replan.mean[g][f],
+                          1e3 * s->replan.sd[g][f], 1e3 * thesis_replan[g][f]);
     }
     om_report_heading(report, "Re-planning times (Table 6.4)");
-    om_report_table(report, heading, NCOL, cell, OM_RETRACTION_NGRID);
-    snprintf(text[0][0], WORD, "Processor time of one plan in ms, %d random states a cell",
-             s->replan.nstate);
-    char line[300];
-    snprintf(line, sizeof line, "%s; in brackets the thesis's mean. Look-ahead is off.",
-             text[0][0]);
-    om_report_paragraph(report, line);
+    om__table_end(&table, report);
+    om__report_say(report,
+                   "Processor time of one plan in ms, %d random states a cell; in brackets the "
+                   "thesis's mean. Look-ahead is off.",
+                   s->replan.nstate);
 }
 
 // ---- report.html ------------------------------------------------------------------------------------------
 
 static void add_outcome(const Retraction* s, OmReport* report) {
     const OmRetractionScore* d = &s->sum.scenario[OM_RETRACTION_DEFRAS];
-    char text[300];
     if (d->nrun == 0) return;
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, d->nsuccess_possible == d->npossible,
         "DEFRAS: %d of %d scenarios exposed with a true force of at most 3 epsilon, %d of the %d that "
         "are possible. The thesis: 13 of 16.",
         d->nsuccess, d->nrun, d->nsuccess_possible, d->npossible);
-    om_report_verdict(report, text, d->nsuccess_possible == d->npossible);
 }
 
 static OmStatus add_parts(const Retraction* s, OmReport* report) {
@@ -302,8 +235,6 @@ static OmStatus add_parts(const Retraction* s, OmReport* report) {
 }
 
 OmStatus om__retraction_write_report(const Retraction* s) {
-    char path[MAX_PATH];
-    OM_TRY(om_path_join(s->def->out_dir, "report.html", path, sizeof path));
     OmReport report;
     om_report_begin(&report, "Retraction under wrong beliefs", "thesis chapter 6");
     add_outcome(s, &report);
@@ -315,17 +246,14 @@ OmStatus om__retraction_write_report(const Retraction* s) {
         "tissue is attached, a red line around what is believed, magenta the ROI, a ring around the "
         "first grasp, a dot on the last.");
     const OmStudyDraw* draw = &s->def->draw;
-    char text[WORD * 4];
     if (draw->kind == OM_DRAW_JUDGED) {
-        snprintf(text, sizeof text,
-                 "Random pairs and alarms are draw %d of the sources with the hash %s (commit %s).",
-                 draw->number, draw->hash, draw->commit);
-        om_report_paragraph(&report, text);
+        om__report_say(
+            &report,
+            "Random pairs and alarms are draw %d of the sources with the hash %s (commit %s).",
+            draw->number, draw->hash, draw->commit);
     }
     OmStatus status = add_parts(s, &report);
-    if (status == OM_OK) return om_report_save(&report, path);
-    om_report_done(&report);
-    return status;
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json -------------------------------------------------------------------------------------------
@@ -409,8 +337,6 @@ static void put_scores_json(OmJson* json, const char* key, const OmRetractionSco
 }
 
 OmStatus om__retraction_write_json(const Retraction* s) {
-    char path[MAX_PATH];
-    OM_TRY(om_path_join(s->def->out_dir, "study.json", path, sizeof path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -442,5 +368,5 @@ OmStatus om__retraction_write_json(const Retraction* s) {
     for (int i = 0; i < s->ncase; ++i) put_case_json(&json, &s->result[i]);
     om_json_close(&json, ']');
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }

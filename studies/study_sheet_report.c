@@ -2,41 +2,31 @@
 #include <math.h>
 
 #include "studies/study_sheet_internal.h"
-
-#define WORD 64
-#define MAX_PATH 1024
+#include "studies/study_table.h"
 
 // ---- report.html ----------------------------------------------------------------------------------
 
 static void add_outcome(const OmStudySheetSummary* sum, OmReport* report) {
-    char text[300], fact[6][WORD];
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, sum->is_met,
         "Average error of all clouds %.2f mm: the goal of %g mm is %s. Of those that no search saw %.2f "
         "mm: %s. The thesis reports about %g mm, with nothing held out.",
         1e3 * sum->found, 1e3 * SHEET_GOAL, sum->found <= SHEET_GOAL ? "met" : "missed",
         1e3 * sum->unseen_found, sum->unseen_found <= SHEET_GOAL ? "met" : "missed",
         1e3 * SHEET_THESIS);
-    om_report_verdict(report, text, sum->is_met);
-    snprintf(fact[0], WORD, "%.2f mm", 1e3 * sum->thesis);
-    snprintf(fact[1], WORD, "%.2f mm", 1e3 * sum->found);
-    snprintf(fact[2], WORD, "%.2f mm", 1e3 * sum->unseen_thesis);
-    snprintf(fact[3], WORD, "%.2f mm", 1e3 * sum->unseen_found);
-    snprintf(fact[4], WORD, "%.2f mm", 1e3 * sum->floor);
-    snprintf(fact[5], WORD, "%d", sum->neval);
-    const char* value[] = {fact[0], fact[1], fact[2], fact[3], fact[4], fact[5]};
-    static const char* const label[] = {"thesis's parameters",    "found",
-                                        "thesis's, unseen pinch", "found, unseen pinch",
-                                        "sheet at rest",          "evaluations"};
-    om_report_facts(report, value, label, 6);
+    om__report_facts(
+        report,
+        "thesis's parameters|found|thesis's, unseen pinch|found, unseen pinch|sheet at "
+        "rest|evaluations",
+        "%.2f mm|%.2f mm|%.2f mm|%.2f mm|%.2f mm|%d", 1e3 * sum->thesis, 1e3 * sum->found,
+        1e3 * sum->unseen_thesis, 1e3 * sum->unseen_found, 1e3 * sum->floor, sum->neval);
 }
 
 static void add_experiment(const Sheet* s, OmReport* report) {
     const OmStudySheetDef* d = s->def;
-    char text[900];
     om_report_heading(report, "The experiment");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "A sheet of 90 x 90 x 3 mm on a board, fixed on one side, is grasped at five pinch points and "
         "lifted by 10, 20 and 30 mm (thesis 5.4.1). The truth is %d x %d x 2 cells of finite elements of 20 "
         "kPa; a depth camera with the noise of a D435 sees it. The model is %d particles in clusters. An "
@@ -45,7 +35,6 @@ static void add_experiment(const Sheet* s, OmReport* report) {
         "it.",
         d->world_cells, d->world_cells, 2 * (d->cells + 1) * (d->cells + 1),
         1e3 * s->thesis_error.rest);
-    om_report_paragraph(report, text);
     om_report_paragraph(
         report,
         d->has_all_folds
@@ -58,40 +47,28 @@ static void add_experiment(const Sheet* s, OmReport* report) {
 }
 
 static void add_params(const Sheet* s, OmReport* report) {
-    enum { NCOL = 9 };
-    static const char* const heading[NCOL] = {"held out",
-                                              "spacing, mm",
-                                              "radius, mm",
-                                              "stiffness",
-                                              "seen, mm",
-                                              "unseen, mm",
-                                              "thesis's on the unseen, mm",
-                                              "evaluations",
-                                              "how it ended"};
+    StudyTable table = om__table(
+        "held out|spacing, mm|radius, mm|stiffness|seen, mm|unseen, mm|thesis's on the unseen, "
+        "mm|evaluations|how it ended");
     static const char* const outcome[] = {"calibrated", "evaluations used up", "cannot fit"};
-    char text[OM_STUDY_NPINCH + 1][NCOL][WORD];
-    const char* cell[(OM_STUDY_NPINCH + 1) * NCOL] = {NULL};
     for (int k = 0; k <= s->nfold; ++k) {
         const SheetFold* f = k ? &s->fold[k - 1] : NULL;
         const double* best = f ? f->result.best : s->thesis;
-        char(*t)[WORD] = text[k];
         if (f)
-            snprintf(t[0], WORD, "pinch %d, %s", f->left_out + 1,
-                     om__study_sheet_where[f->left_out]);
+            om__table_row(&table, "pinch %d, %s", f->left_out + 1,
+                          om__study_sheet_where[f->left_out]);
         else
-            snprintf(t[0], WORD, "thesis's optimum");
-        for (int c = 0; c < 3; ++c) snprintf(t[1 + c], WORD, "%.3g", (c < 2 ? 1e3 : 1) * best[c]);
+            om__table_row(&table, "thesis's optimum");
         int left_out = f ? f->left_out : 0;
         const SheetErrors* e = f ? &f->error : &s->thesis_error;
-        snprintf(t[4], WORD, "%.2f", 1e3 * om__study_sheet_mean(e, left_out));
-        snprintf(t[5], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(e, left_out));
-        snprintf(t[6], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(&s->thesis_error, left_out));
-        snprintf(t[7], WORD, "%d", f ? f->result.neval : 0);
-        snprintf(t[8], WORD, "%s", f ? outcome[f->result.outcome] : "-");
-        for (int c = 0; c < NCOL; ++c) cell[k * NCOL + c] = t[c];
+        om__table_row(&table, "%.3g|%.3g|%.3g|%.2f|%.2f|%.2f|%d|%s", 1e3 * best[0], 1e3 * best[1],
+                      best[2], 1e3 * om__study_sheet_mean(e, left_out),
+                      1e3 * om__study_sheet_pinch_mean(e, left_out),
+                      1e3 * om__study_sheet_pinch_mean(&s->thesis_error, left_out),
+                      f ? f->result.neval : 0, f ? outcome[f->result.outcome] : "-");
     }
     om_report_heading(report, "Parameters");
-    om_report_table(report, heading, NCOL, cell, s->nfold + 1);
+    om__table_end(&table, report);
     om_report_paragraph(
         report,
         "Bounds: 5-35 mm, 2.5-15 mm, 0-1 (thesis 3.5). The thesis prints its optimum without "
@@ -106,49 +83,41 @@ static void add_ranges(const Sheet* s, OmReport* report) {
     for (int k = 0; k < OM_STUDY_NCLUSTER; ++k) {
         const OmCalibrationProfile* p = &f->result.profile[k];
         const OmCalibrationParam* param = &f->search.param[k];
-        char text[300];
-        snprintf(
-            text, sizeof text,
+        om__report_say(
+            report,
             "%s: %.3g; the error rises by %.0f %% of itself, or by as much as noise hides, at %.3g%s and "
             "%.3g%s.",
             param->name, f->result.best[k] / param->unit, 100 * f->search.rise, p->lo / param->unit,
             p->is_open_lo ? " (the bound, not even there)" : "", p->hi / param->unit,
             p->is_open_hi ? " (the bound, not even there)" : "");
-        om_report_paragraph(report, text);
     }
 }
 
 static void add_errors(const Sheet* s, OmReport* report) {
-    enum { NCOL = 2 + OM_STUDY_NLIFT + 1, NROW = OM_STUDY_NPINCH + 1 };
-    static const char* const heading[NCOL] = {"pinch point", "where", "10 mm",
-                                              "20 mm",       "30 mm", "mean"};
-    char text[NROW][NCOL][WORD];
-    const char* cell[NROW * NCOL];
+    StudyTable table = om__table("pinch point|where|10 mm|20 mm|30 mm|mean");
     const SheetErrors *found = &s->fold[0].error, *thesis = &s->thesis_error;
-    for (int p = 0; p < NROW; ++p) {
+    for (int p = 0; p <= OM_STUDY_NPINCH; ++p) {
         bool is_mean = p == OM_STUDY_NPINCH;
-        char(*t)[WORD] = text[p];
-        snprintf(t[0], WORD, is_mean ? "all" : "pinch %d", p + 1);
-        snprintf(t[1], WORD, "%s%s", is_mean ? "-" : om__study_sheet_where[p],
-                 p == s->fold[0].left_out ? " (unseen)" : "");
+        om__table_row(&table, is_mean ? "all" : "pinch %d", p + 1);
+        om__table_row(&table, "%s%s", is_mean ? "-" : om__study_sheet_where[p],
+                      p == s->fold[0].left_out ? " (unseen)" : "");
         for (int l = 0; l < OM_STUDY_NLIFT; ++l) {
             double a = 0, b = 0;
             for (int q = 0; q < OM_STUDY_NPINCH; ++q) {
                 a += found->at[q][l] / OM_STUDY_NPINCH;
                 b += thesis->at[q][l] / OM_STUDY_NPINCH;
             }
-            snprintf(t[2 + l], WORD, "%.2f (%.2f)", 1e3 * (is_mean ? a : found->at[p][l]),
-                     1e3 * (is_mean ? b : thesis->at[p][l]));
+            om__table_row(&table, "%.2f (%.2f)", 1e3 * (is_mean ? a : found->at[p][l]),
+                          1e3 * (is_mean ? b : thesis->at[p][l]));
         }
-        snprintf(t[NCOL - 1], WORD, "%.2f (%.2f)",
-                 1e3 * (is_mean ? om__study_sheet_mean(found, -1)
-                                : om__study_sheet_pinch_mean(found, p)),
-                 1e3 * (is_mean ? om__study_sheet_mean(thesis, -1)
-                                : om__study_sheet_pinch_mean(thesis, p)));
-        for (int c = 0; c < NCOL; ++c) cell[p * NCOL + c] = t[c];
+        om__table_row(&table, "%.2f (%.2f)",
+                      1e3 * (is_mean ? om__study_sheet_mean(found, -1)
+                                     : om__study_sheet_pinch_mean(found, p)),
+                      1e3 * (is_mean ? om__study_sheet_mean(thesis, -1)
+                                     : om__study_sheet_pinch_mean(thesis, p)));
     }
     om_report_heading(report, "Errors");
-    om_report_table(report, heading, NCOL, cell, NROW);
+    om__table_end(&table, report);
     om_report_paragraph(
         report, "Mean error of a cloud in mm by pinch point and lift: with what the first search "
                 "found, and in brackets with the thesis's optimum.");
@@ -178,24 +147,21 @@ static OmStatus add_convergence(const Sheet* s, OmReport* report) {
 }
 
 static void add_cost(const Sheet* s, const OmStudySheetSummary* sum, OmReport* report) {
-    char text[500], truth[64] = "was there already";
+    char truth[64] = "was there already";
     double seconds = 0;
     for (int k = 0; k < s->nfold; ++k) seconds += s->fold[k].seconds;
     if (s->truth_seconds > 0) snprintf(truth, sizeof truth, "took %.0f s", s->truth_seconds);
     om_report_heading(report, "What it cost");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "The truth %s. %d searches made %d evaluations, %d of them now, in %.0f s; one, of all five lifts, "
         "took %.2f s on %d processors. Folders without-N hold the problem, journal and report of each "
         "search; omentum calibrate takes them.",
         truth, s->nfold, sum->neval, sum->nnew, seconds, s->eval_seconds,
         om_worker_count(s->def->nworker));
-    om_report_paragraph(report, text);
 }
 
 OmStatus om__study_sheet_write_report(const Sheet* s, const OmStudySheetSummary* sum) {
-    char path[MAX_PATH];
-    OM_TRY(om__study_sheet_path(s, "report.html", path, sizeof path));
     OmReport report;
     om_report_begin(&report, "A sheet calibrated",
                     "clusters of particles against the clouds of a depth camera");
@@ -207,9 +173,7 @@ OmStatus om__study_sheet_write_report(const Sheet* s, const OmStudySheetSummary*
     add_ranges(s, &report);
     if (status == OM_OK) status = add_convergence(s, &report);
     add_cost(s, sum, &report);
-    if (status == OM_OK) return om_report_save(&report, path);
-    om_report_done(&report);
-    return status;
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json -----------------------------------------------------------------------------------
@@ -245,8 +209,6 @@ static void put_folds(OmJson* json, const Sheet* s) {
 }
 
 OmStatus om__study_sheet_write_json(const Sheet* s, const OmStudySheetSummary* sum) {
-    char path[MAX_PATH];
-    OM_TRY(om__study_sheet_path(s, "study.json", path, sizeof path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -265,5 +227,5 @@ OmStatus om__study_sheet_write_json(const Sheet* s, const OmStudySheetSummary* s
     put_errors(&json, "thesis_by_pinch_and_lift", &s->thesis_error);
     put_folds(&json, s);
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }

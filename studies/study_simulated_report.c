@@ -6,15 +6,10 @@
 #include "omentum/shape_meshing.h"
 #include "studies/study_internal.h"
 #include "studies/study_simulated_internal.h"
+#include "studies/study_table.h"
 
-#define MAX_PATH 1024
-#define WORD 96
 #define WIDTH 480
 #define HEIGHT 360
-
-static OmStatus path_of(const Sim* s, const char* name, char* path) {
-    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
-}
 
 // ---- tables -------------------------------------------------------------------------------------------
 
@@ -22,14 +17,13 @@ static void add_outcome(const Sim* s, OmReport* report) {
     const OmStudySimulatedSummary* sum = &s->sum;
     const OmStudySimulatedRow* test = &sum->all[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET];
     const OmStudySimulatedRow* part = &sum->hidden[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET];
-    char text[700];
     if (!sum->has_net) {
         om_report_verdict(report, "There are no weights: the rows of the network are left out.",
                           false);
         return;
     }
-    snprintf(
-        text, sizeof text,
+    om__report_judge(
+        report, sum->is_met,
         "Test (a): median DSC %.2f (goal %.2f), TPR %.0f %% (%.0f %%), AVE %.2f mm (%.1f mm), expected "
         "calibration error %.3f (%.2f). TestV (a): DSC %.2f (%.2f), TPR %.0f %% (%.0f %%), AVE %.2f mm "
         "(%.1f mm): %s.",
@@ -38,62 +32,46 @@ static void add_outcome(const Sim* s, OmReport* report) {
         OM_STUDY_SIM_ECE, part->dsc.median, OM_STUDY_SIM_DSC_V, 100 * part->tpr.median,
         100 * OM_STUDY_SIM_TPR_V, 1e3 * part->ave.median, 1e3 * OM_STUDY_SIM_AVE_V,
         sum->is_met ? "met" : "missed");
-    om_report_verdict(report, text, sum->is_met);
 }
 
-enum { NCOL = 10, NROW = SIM_NGUESS + 1 };
-typedef char Word[WORD];
-
-static void write_row(const OmStudySimulatedRow* r, const char* title, Word* t) {
-    snprintf(t[0], WORD, "%s", title);
-    snprintf(t[1], WORD, "%d", r->dsc.n);
-    om__attach_write_quartiles(t[2], WORD, 1, "%.2f", r->dsc);
-    om__attach_write_quartiles(t[3], WORD, 100, "%.0f", r->tpr);
-    om__attach_write_quartiles(t[4], WORD, 1e3, "%.2f", r->ave);
-    om__attach_write_quartiles(t[5], WORD, 1e3, "%.1f", r->mve);
-    snprintf(t[6], WORD, "%d of %d", r->nstopped, r->ave.n);
+static void add_row(const OmStudySimulatedRow* r, const char* title, StudyTable* t) {
+    om__table_row(t, "%s|%d", title, r->dsc.n);
+    om__table_quartiles(t, 1, "%.2f", r->dsc);
+    om__table_quartiles(t, 100, "%.0f", r->tpr);
+    om__table_quartiles(t, 1e3, "%.2f", r->ave);
+    om__table_quartiles(t, 1e3, "%.1f", r->mve);
+    om__table_row(t, "%d of %d", r->nstopped, r->ave.n);
 }
 
 // Table 4.1 of one set, beside the thesis's.
 static void add_table(const Sim* s, int set, OmReport* report) {
-    static const char* const heading[NCOL] = {"attachments", "samples", "DSC",     "TPR, %",
-                                              "AVE, mm",     "MVE, mm", "stopped", "thesis: DSC",
-                                              "TPR, %",      "AVE, mm"};
-    static const char* const thesis[NROW][3] = {
-        {"0", "0", "27.0 (13.4-52.0)"},
-        {"0.42 (0.31-0.55)", "93 (84-100)", "6.7 (2.5-12.4)"},
-        {"1", "100", "0.6 (0.2-1.7)"},
-        {"0.82 (0.70-0.88)", "86 (75-91)", "1.1 (0.5-2.1)"},
-        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"}};
-    Word text[NROW][7];
-    const char* cell[NROW * NCOL] = {NULL};
+    enum { NROW = SIM_NGUESS + 1 };
+    static const char* const thesis[NROW] = {
+        "0|0|27.0 (13.4-52.0)", "0.42 (0.31-0.55)|93 (84-100)|6.7 (2.5-12.4)",
+        "1|100|0.6 (0.2-1.7)", "0.82 (0.70-0.88)|86 (75-91)|1.1 (0.5-2.1)",
+        "0.76 (0.63-0.83)|83 (69-90)|1.2 (0.6-2.4)"};
+    StudyTable table = om__table(
+        "attachments|samples|DSC|TPR, %|AVE, mm|MVE, mm|stopped|thesis: DSC|TPR, %|AVE, mm");
     int nrow = s->sum.has_net ? NROW : OM_STUDY_SIM_NET;
     for (int row = 0; row < nrow; ++row) {
         bool is_part = row == SIM_NGUESS;
         int guess = is_part ? OM_STUDY_SIM_NET : row;
-        write_row(is_part ? &s->sum.hidden[set][guess] : &s->sum.all[set][guess],
-                  is_part ? "Network, less than half visible" : om__sim_guess_title[guess],
-                  text[row]);
-        for (int c = 0; c < 7; ++c) cell[row * NCOL + c] = text[row][c];
-        for (int c = 0; c < 3 && set <= OM_STUDY_SIM_CAMERA; ++c)
-            cell[row * NCOL + 7 + c] = thesis[row][c];
+        add_row(is_part ? &s->sum.hidden[set][guess] : &s->sum.all[set][guess],
+                is_part ? "Network, less than half visible" : om__sim_guess_title[guess], &table);
+        om__table_row(&table, "%s", set <= OM_STUDY_SIM_CAMERA ? thesis[row] : "||");
     }
-    char head[128];
-    snprintf(head, sizeof head, "Table 4.1: %s", om__sim_set_title[set]);
-    om_report_heading(report, head);
-    om_report_table(report, heading, NCOL, cell, nrow);
+    om__report_head(report, "Table 4.1: %s", om__sim_set_title[set]);
+    om__table_end(&table, report);
 }
 
 static void add_tables(const Sim* s, OmReport* report) {
     for (int set = 0; set < SIM_NSET; ++set) add_table(s, set, report);
-    char text[400];
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Median and quartiles. Median input displacement: %.1f mm in Test (a), %.1f mm in Test (b); 38.8 mm "
         "in the thesis. %d samples could not be made and are in no row.",
         1e3 * s->sum.input[OM_STUDY_SIM_EXACT], 1e3 * s->sum.input[OM_STUDY_SIM_CAMERA],
         s->sum.nlost[0] + s->sum.nlost[1] + s->sum.nlost[2] + s->sum.nlost[3]);
-    om_report_paragraph(report, text);
 }
 
 static void add_calibration(const Sim* s, OmReport* report) {
@@ -110,13 +88,11 @@ static void add_calibration(const Sim* s, OmReport* report) {
     chart.series[2] = (OmReportSeries){"perfect", diagonal, diagonal, 2, false};
     om_report_heading(report, "Reliability");
     om_report_chart(report, &chart);
-    char text[300];
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "Expected calibration error over cells that hold a vertex of the surface: %.3f in Test (a), %.3f in "
         "Test (b), %.3f on a board, %.3f with two regions.",
         sum->ece[0], sum->ece[1], sum->ece[2], sum->ece[3]);
-    om_report_paragraph(report, text);
 }
 
 // ---- pictures -------------------------------------------------------------------------------------------
@@ -282,9 +258,7 @@ static OmStatus add_pictures(const Sim* s, int set, OmReport* report) {
 static OmStatus add_gallery(const Sim* s, OmReport* report) {
     if (!s->sum.has_net) return OM_OK;
     for (int set = 0; set < SIM_NSET; ++set) {
-        char head[128];
-        snprintf(head, sizeof head, "Best, median and worst: %s", om__sim_set_title[set]);
-        om_report_heading(report, head);
+        om__report_head(report, "Best, median and worst: %s", om__sim_set_title[set]);
         OM_TRY(add_pictures(s, set, report));
     }
     om_report_paragraph(
@@ -295,10 +269,9 @@ static OmStatus add_gallery(const Sim* s, OmReport* report) {
 }
 
 static void add_method(const Sim* s, OmReport* report) {
-    char text[900];
     om_report_heading(report, "How");
-    snprintf(
-        text, sizeof text,
+    om__report_say(
+        report,
         "%d, %d, %d and %d samples of the generator, of seeds that no training and no choice has used%s%s. The "
         "thesis has 380. The first %d of each set are simulated; DSC and TPR are of all. Simulations: "
         "static finite elements of the sample's mesh and law, moved by the true displacement of the grasped "
@@ -310,7 +283,6 @@ static void add_method(const Sim* s, OmReport* report) {
         s->def->is_quick ? " (quick: small bodies, another seed)" : "",
         s->def->is_quick || s->def->nsample == 380 ? "" : "; fewer than the whole study has",
         s->nsolve[0], s->sum.net_ms, s->sum.solve_ms);
-    om_report_paragraph(report, text);
     om_report_paragraph(
         report,
         "On a board the simulation starts from the shape that a scan would show and knows neither weight nor "
@@ -318,9 +290,7 @@ static void add_method(const Sim* s, OmReport* report) {
 }
 
 static OmStatus write_report(const Sim* s) {
-    char path[MAX_PATH];
     OmReport report;
-    OM_TRY(path_of(s, "report.html", path));
     om_report_begin(&report, "Attachments of simulated bodies",
                     s->def->is_quick ? "BA-Net on random samples, quick"
                                      : "BA-Net on random samples");
@@ -329,11 +299,7 @@ static OmStatus write_report(const Sim* s) {
     add_calibration(s, &report);
     OmStatus status = add_gallery(s, &report);
     add_method(s, &report);
-    if (status < 0) {
-        om_report_done(&report);
-        return status;
-    }
-    return om_report_save(&report, path);
+    return om__report_end(&report, s->def->out_dir, status);
 }
 
 // ---- study.json, samples.csv ------------------------------------------------------------------------------
@@ -357,9 +323,8 @@ static void put_row(OmJson* json, const char* key, const OmStudySimulatedRow* r)
 }
 
 static OmStatus write_json(const Sim* s) {
-    char path[MAX_PATH], key[32];
+    char key[32];
     const OmStudySimulatedSummary* sum = &s->sum;
-    OM_TRY(path_of(s, "study.json", path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -386,13 +351,11 @@ static OmStatus write_json(const Sim* s) {
         om_json_close(&json, '}');
     }
     om_json_close(&json, '}');
-    return om_json_save(&json, path);
+    return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_csv(const Sim* s) {
-    char path[MAX_PATH];
     OmText t = {0};
-    OM_TRY(path_of(s, "samples.csv", path));
     OmStatus status = om_text_append(
         &t,
         "set,sample,made,camera,regions,vertices,attached,visible,input_mm,guess,dsc,tpr,dsc_area,tpr_area,"
@@ -413,9 +376,7 @@ static OmStatus write_csv(const Sim* s) {
                 1e3 * move->mve, move->load);
         }
     }
-    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
-    om_text_done(&t);
-    return status;
+    return om__study_save_text(s->def->out_dir, "samples.csv", &t, status);
 }
 
 OmStatus om__sim_write(const Sim* s) {

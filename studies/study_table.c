@@ -1,0 +1,155 @@
+// study_table.c: what the reports of all studies share: tables by rows, sentences with numbers, files of a folder.
+#include "studies/study_table.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+#include "studies/study_internal.h"
+
+#define MAX_TEXT 2048
+#define MAX_FACT 8
+
+// ---- tables ---------------------------------------------------------------------------------------
+
+static void append(StudyTable* t, const char* text, size_t size) {
+    if (t->status == OM_OK) t->status = om_text_append_raw(&t->text, text, size);
+    if (t->status == OM_OK) t->status = om_text_append_raw(&t->text, "", 1);
+}
+
+// The parts between bars; their number.
+static int append_parts(StudyTable* t, const char* text) {
+    for (int n = 1;; ++n) {
+        const size_t size = strcspn(text, "|");
+        append(t, text, size);
+        if (!text[size]) return n;
+        text += size + 1;
+    }
+}
+
+StudyTable om__table(const char* heading) {
+    StudyTable t = {.status = OM_OK};
+    t.ncol = append_parts(&t, heading);
+    return t;
+}
+
+void om__table_row(StudyTable* t, const char* format, ...) {
+    char text[MAX_TEXT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    t->ncell += append_parts(t, text);
+}
+
+void om__table_cell(StudyTable* t, const char* text) {
+    append(t, text ? text : "", text ? strlen(text) : 0);
+    ++t->ncell;
+}
+
+void om__table_quartiles(StudyTable* t, double scale, const char* format, OmStudyQuartiles q) {
+    char text[96];
+    om__attach_write_quartiles(text, sizeof text, scale, format, q);
+    om__table_cell(t, text);
+}
+
+void om__table_error(StudyTable* t, double error, const char* mark) {
+    if (error < 0)
+        om__table_cell(t, NULL);
+    else
+        om__table_row(t, "%.2f%s", 1e3 * error, mark);
+}
+
+StudyTable om__study_depth_table(const char* first, const double* depth, const char* last) {
+    char heading[256];
+    int n = snprintf(heading, sizeof heading, "%s", first);
+    for (int k = 0; k < OM_STUDY_NDEPTH; ++k)
+        n += snprintf(heading + n, sizeof heading - (size_t)n, "|D%.0f", 1e3 * depth[k]);
+    snprintf(heading + n, sizeof heading - (size_t)n, "%s", last);
+    return om__table(heading);
+}
+
+void om__table_end(StudyTable* t, OmReport* report) {
+    const int n = t->ncol + t->ncell;
+    const char** at = t->status == OM_OK ? om_alloc((size_t)n, sizeof *at) : NULL;
+    const char* text = t->text.str;
+    for (int i = 0; at && i < n; ++i, text += strlen(text) + 1) at[i] = text;
+    if (!at)
+        om_report_table(report, NULL, 0, NULL, 0);  // the report keeps it as its failure
+    else if (t->ncell > 0)
+        om_report_table(report, at, t->ncol, at + t->ncol, t->ncell / t->ncol);
+    om_free(at);
+    om_text_done(&t->text);
+}
+
+// ---- sentences ------------------------------------------------------------------------------------
+
+void om__report_say(OmReport* report, const char* format, ...) {
+    char text[MAX_TEXT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    om_report_paragraph(report, text);
+}
+
+void om__report_head(OmReport* report, const char* format, ...) {
+    char text[MAX_TEXT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    om_report_heading(report, text);
+}
+
+void om__report_judge(OmReport* report, bool is_good, const char* format, ...) {
+    char text[MAX_TEXT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    om_report_verdict(report, text, is_good);
+}
+
+// Replace the bars by ends; the parts.
+static int split(char* text, const char* part[MAX_FACT]) {
+    int n = 0;
+    part[n++] = text;
+    for (; *text; ++text)
+        if (*text == '|' && n < MAX_FACT) *text = 0, part[n++] = text + 1;
+    return n;
+}
+
+void om__report_facts(OmReport* report, const char* label, const char* format, ...) {
+    char value[MAX_TEXT], name[MAX_TEXT];
+    const char *values[MAX_FACT], *names[MAX_FACT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(value, sizeof value, format, args);
+    va_end(args);
+    snprintf(name, sizeof name, "%s", label);
+    const int nvalue = split(value, values), nname = split(name, names);
+    om_report_facts(report, values, names, nvalue < nname ? nvalue : nname);
+}
+
+// ---- files ----------------------------------------------------------------------------------------
+
+OmStatus om__report_end(OmReport* report, const char* dir, OmStatus status) {
+    char path[1024];
+    if (status >= 0) status = om_path_join(dir, "report.html", path, sizeof path);
+    if (status >= 0) return om_report_save(report, path);
+    om_report_done(report);
+    return status;
+}
+
+OmStatus om__study_save_text(const char* dir, const char* name, OmText* text, OmStatus status) {
+    char path[1024];
+    if (status >= 0) status = om_path_join(dir, name, path, sizeof path);
+    if (status >= 0) status = om_file_write(path, text->str, text->len);
+    om_text_done(text);
+    return status;
+}
+
+OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status) {
+    if (status >= 0) status = om_json_end(json);
+    return om__study_save_text(dir, "study.json", json->text, status);
+}
