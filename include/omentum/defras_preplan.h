@@ -86,13 +86,18 @@ typedef struct OmPreplanDef {
     int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
     int nlowest;  // of the exposing points this many of lowest force compete; default 3
     int nagain;  // exposing points repeated in changed twins; default 6; 0: none, the thesis's choice
+    // A file that keeps each finished trial: after a cancellation or a kill the same call continues from there, with
+    // the same result; null (default): none. It stays: remove it once the plan is saved. Trials of another scene,
+    // other settings or another version are discarded with a warning. Borrowed.
+    const char* trials;
 } OmPreplanDef;
 
 OM_API OmPreplanDef om_preplan_default_def(const OmScene* scene);
 
 /// Try every grasping point and choose.
+/// @param progress  called at steps of the twin, by any of the threads, one at a time
 /// @return OM_OK, also if no point exposes the ROI: `is_exposing` is false and `reason` says so. OM_INVALID (a field,
-///         or a scene that cannot be run); OM_NO_MEMORY; OM_IO; OM_CANCELLED
+///         a scene that cannot be run, or another file at `trials`); OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress,
                                OmPreplan* plan);
 

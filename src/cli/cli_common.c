@@ -201,17 +201,31 @@ static bool report_progress(void* ctx, const char* stage, double done, double to
     return !is_interrupted;
 }
 
+static void set_handler(void (*handler)(int)) {
+    struct sigaction action = {.sa_handler = handler}, hangup;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    bool is_detached = sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+    // a program under nohup continues without its terminal
+    if (!is_detached) sigaction(SIGHUP, &action, NULL);
+}
+
+// Work that has no progress yet, or never has any, is short and writes its files whole: the program ends at once.
+static void on_early_signal(int number) {
+    static const char text[] = "omentum: cancelled; no file is half written\n";
+    (void)number;
+    if (restore_terminal) restore_terminal();
+    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) _exit(OM_EXIT_CANCELLED);
+    _exit(OM_EXIT_CANCELLED);
+}
+
+void om_cli_watch_signals(void) { set_handler(on_early_signal); }
+
 const OmProgress* om_cli_progress(bool is_quiet) {
     static const OmProgress progress = {report_progress, NULL};
     is_bar_quiet = is_quiet;
     om_progress_bar_init(&bar, stderr);
-    struct sigaction action = {.sa_handler = on_signal};
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    struct sigaction hangup;
-    bool is_detached = sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
-    // a program under nohup continues without its terminal
-    if (!is_detached) sigaction(SIGHUP, &action, NULL);
+    set_handler(on_signal);
     return &progress;
 }
 
@@ -255,6 +269,27 @@ int om_cli_fail_kept(const char* verb, OmStatus status) {
     if (status != OM_CANCELLED) return om_cli_fail(verb, status);
     om_cli_progress_done();
     fprintf(stderr, "omentum %s: cancelled; the same command continues from here\n", verb);
+    return OM_EXIT_CANCELLED;
+}
+
+OmStatus om_cli_trials_path(const char* out, char* path, size_t size) {
+    char dir[1024];
+    int n = (int)strlen(out);
+    while (n > 1 && out[n - 1] == '/') --n;
+    OM_CHECK(snprintf(path, size, "%.*s.trials", n, out) < (int)size, OM_INVALID,
+             "%s: the path is too long", out);
+    OM_TRY(om_path_dir(path, dir, sizeof dir));
+    return om_path_make_dir(dir);
+}
+
+int om_cli_fail_trials(const char* verb, OmStatus status, const char* trials) {
+    if (status != OM_CANCELLED || !om_path_exists(trials)) return om_cli_fail(verb, status);
+    om_cli_progress_done();
+    const bool has_record = strstr(om_error_message(), "the record so far") != NULL;
+    fprintf(stderr,
+            "omentum %s: %s; finished trials of the plan are kept in %s, and the same "
+            "command continues from them\n",
+            verb, has_record ? om_error_message() : "cancelled", trials);
     return OM_EXIT_CANCELLED;
 }
 

@@ -95,6 +95,8 @@ void om_cli_reason(const char* reason);  // the reason of the outcome
 // Print the object; returns the exit code.
 int om_cli_result_end(int exit_code);
 
+// Call it before a verb: until the verb takes its listener, Ctrl-C, SIGTERM or SIGHUP end the program with a message.
+void om_cli_watch_signals(void);
 // A progress listener on stderr that stops the work after Ctrl-C, SIGTERM or SIGHUP. Quiet if `is_quiet`.
 const OmProgress* om_cli_progress(bool is_quiet);
 void om_cli_progress_done(void);
@@ -110,6 +112,12 @@ void om_cli_set_restore(void (*restore)(void));
 int om_cli_fail(const char* verb, OmStatus status);
 // The same for work that the same command continues after a cancellation.
 int om_cli_fail_kept(const char* verb, OmStatus status);
+
+// The file beside the output folder `out` that keeps the trials of a plan before an operation, OmPreplanDef.trials:
+// "out/plan.trials". Makes the folder that it is in.
+OmStatus om_cli_trials_path(const char* out, char* path, size_t size);
+// om_cli_fail for work that begins with such a plan: after a cancellation it names the file of the trials.
+int om_cli_fail_trials(const char* verb, OmStatus status, const char* trials);
 
 // Remove files that killed runs left beside the output file `path`; null: nothing.
 void om_cli_clean_beside(const char* path);

@@ -46,6 +46,7 @@ static const OmCliKey result_key[] = {
 
 typedef struct Demo {
     const char* out;
+    char trials[1200];  // file of the trials of its plan
     bool is_quick, is_quiet;
     int nworker;
     OmFolder folder;
@@ -134,6 +135,8 @@ static OmStatus plan_before(Demo* d) {
     OmPreplanDef def = om_preplan_default_def(&d->scene);
     def.nworker = d->nworker;
     def.nagain = 2;  // points tried again in changed twins: six take 15 s more
+    def.trials = d->trials;
+    OM_TRY(om_cli_trials_path(d->out, d->trials, sizeof d->trials));
     OM_TRY(om_preplan_run(&def, om_cli_progress(d->is_quiet), &d->plan));
     OM_TRY(make_path(d, "plan.json", path, sizeof path));
     return om_preplan_save(&d->plan, path);
@@ -423,7 +426,7 @@ static OmStatus run_stages(Demo* d) {
     OmStatus status = operate(d);
     if (status == OM_CANCELLED) {
         OM_TRY(om_folder_commit_beside(&d->folder));
-        return om_error(OM_CANCELLED, "cancelled; the stages so far are in %s", d->folder.place);
+        return om_error(OM_CANCELLED, "cancelled; the record so far is in %s", d->folder.place);
     }
     OM_TRY(status);
     OM_TRY(write_page(d));
@@ -459,8 +462,9 @@ int om_cli_demo(int argc, char** argv) {
     OmStatus status = run_stages(d);
     int code = d->run.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
     if (status < 0) {
-        code = om_cli_fail("demo", status);
+        code = om_cli_fail_trials("demo", status, d->trials);
     } else {
+        (void)om_path_remove(d->trials);
         om_cli_progress_done();
         print_result(d);
     }

@@ -89,6 +89,7 @@ static int run_verb(const OmCliVerb* verb, int argc, char** argv) {
     }
     bool is_json = om_cli_get(&args, "--json") != NULL;
     if (is_json && !verb->has_own_json) om_cli_result_begin(verb);
+    om_cli_watch_signals();
     int code = verb->run(argc, argv);
     if (is_json && verb->has_own_json && code >= OM_EXIT_USAGE) om_cli_result_begin(verb);
     return om_cli_result_end(code);

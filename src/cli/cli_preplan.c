@@ -91,6 +91,7 @@ static OmStatus print_result(const OmPreplan* plan, const char* out, double wall
 }
 
 static int run(const Settings* s) {
+    char trials[1200] = "";
     double begin = om_clock_now();
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
@@ -99,14 +100,17 @@ static int run(const Settings* s) {
     OmPreplan* plan = om_calloc(1, sizeof *plan);
     if (!plan) return om_cli_fail("preplan", OM_NO_MEMORY);
     OmStatus status = om_folder_check(s->out, FOLDER_KIND);
+    if (status == OM_OK) status = om_cli_trials_path(s->out, trials, sizeof trials);
+    def.trials = trials;
     if (status == OM_OK) status = om_preplan_run(&def, om_cli_progress(s->is_quiet), plan);
     if (status == OM_OK) status = write_folder(plan, s->out);
+    if (status == OM_OK) status = om_path_remove(trials);
     if (status == OM_OK) {
         om_cli_progress_done();
         status = print_result(plan, s->out, om_clock_now() - begin);
     }
     int code = plan->is_exposing ? OM_EXIT_OK : OM_EXIT_FAILED;
-    if (status < 0) code = om_cli_fail("preplan", status);
+    if (status < 0) code = om_cli_fail_trials("preplan", status, trials);
     om_free(plan);
     return code;
 }
@@ -164,8 +168,9 @@ const OmCliVerb om_cli_verb_preplan = {
         "lowest force are repeated in changed twins: points that expose the ROI in fewer of them lose, and\n"
         "points whose tissue moves otherwise there. Writes plan.json, which\n"
         "omentum retract --plan follows, and report.html with the map of the grid. DIR must be new,\n"
-        "empty, or hold an older plan. Exit code 0: the chosen point exposes the ROI; 1: no point does, and\n"
-        "the plan is the one with the best visibility.",
+        "empty, or hold an older plan. After Ctrl-C, SIGTERM or a kill DIR.trials keeps each finished\n"
+        "trial, and the same command continues from there. Exit code 0: the chosen point exposes the ROI;\n"
+        "1: no point does, and the plan is the one with the best visibility.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum preplan scenes/sheet.yaml -o out/plan\n"

@@ -234,11 +234,14 @@ static OmRetractDef make_def(Settings* s, const char* dir) {
     return def;
 }
 
-// The plan before the operation, where the user wants one and has none.
-static OmStatus plan_before(Settings* s) {
+// The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
+// trials.
+static OmStatus plan_before(Settings* s, const char* dir, char* trials, size_t size) {
     if (!s->is_defras || s->has_preplan) return OM_OK;
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
+    def.trials = trials;
+    OM_TRY(om_cli_trials_path(dir, trials, size));
     OM_TRY(om_preplan_run(&def, om_cli_progress(s->is_quiet), &s->preplan));
     om_cli_progress_done();
     s->has_preplan = true;
@@ -247,11 +250,13 @@ static OmStatus plan_before(Settings* s) {
 }
 
 static int run(Settings* s) {
-    OmStatus status = plan_before(s);
+    char trials[1200] = "";
+    OmStatus status = plan_before(s, s->out, trials, sizeof trials);
     OmRetractDef def = make_def(s, s->out);
     OmRetractResult result;
     if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
-    if (status < 0) return om_cli_fail("retract", status);
+    if (status < 0) return om_cli_fail_trials("retract", status, trials);
+    if (trials[0]) (void)om_path_remove(trials);
     om_cli_progress_done();
     print_result(&s->scene, &result, s->out);
     if (s->records_observations) print_recorded(s->out);
@@ -324,17 +329,18 @@ static int run_layouts(Settings* s) {
     int nexposed = 0;
     double twin_ms = 0, pace = 0;
     for (int k = s->first; k < s->first + s->nlayout; ++k) {
-        char name[32];
+        char name[32], trials[1200] = "";
         snprintf(name, sizeof name, "layout-%02d", k);
         OmStatus status = om_path_join(s->out, name, dir, sizeof dir);
         s->scene.seed = k;
         s->has_preplan = false;
-        if (status == OM_OK) status = plan_before(s);
+        if (status == OM_OK) status = plan_before(s, dir, trials, sizeof trials);
         OmRetractDef def = make_def(s, dir);
         OmRetractResult r;
         if (status == OM_OK) status = om_path_make_dir(s->out);
         if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &r);
-        if (status < 0) return om_cli_fail("retract", status);
+        if (status < 0) return om_cli_fail_trials("retract", status, trials);
+        if (trials[0]) (void)om_path_remove(trials);
         om_cli_progress_done();
         char by_twin[32] = "not known to the twin";
         if (isfinite(r.force_max))

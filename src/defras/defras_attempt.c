@@ -44,6 +44,7 @@ static OmStatus look(Try* t) {
 OmStatus om__attempt_step(const Attempt* a, int arm, OmVec3 tip, double* force) {
     OmBodyReport report;
     OmBodyForces forces;
+    if (a->tick) OM_TRY(a->tick(a->tick_ctx));
     OM_TRY(om_body_move(a->body, arm, (OmPose){tip, a->grid->task.q}));
     OmStatus status = om_body_step(a->body, a->task->time_step, &report);
     if (status < 0 || !a->has_forces) return status < 0 ? status : OM_OK;

@@ -32,6 +32,9 @@ typedef struct Attempt {
     int max_step;  // of the body; 0: no limit
     // null, or two of the caller: of the best sequence, which is replaced, and scratch
     Trace* trace;
+    // called before each step of the body; below 0 ends the attempt; may be null
+    OmStatus (*tick)(void* ctx);
+    void* tick_ctx;
 } Attempt;
 
 typedef struct AttemptResult {

@@ -74,6 +74,21 @@ void om__crew_done(Crew* c) {
     *c = (Crew){.scene = NULL};
 }
 
+// A worker that is the only one to report; the progress callback need not be safe for threads.
+static OmStatus report(Batch* b) {
+    if (atomic_flag_test_and_set(&b->is_reporting)) return OM_OK;
+    const OmStatus status = om_progress_report(b->progress, b->stage, atomic_load(&b->ndone), b->n);
+    atomic_flag_clear(&b->is_reporting);
+    return status;
+}
+
+// Before each step of a trial: a trial of a large body takes many seconds.
+static OmStatus tick(void* ctx) {
+    Batch* b = ctx;
+    if (atomic_load(&b->status) < 0) return om_error(OM_CANCELLED, "another trial failed");
+    return report(b);
+}
+
 static void run_trials(void* ctx, int begin, int end, int block) {
     (void)block;
     Batch* b = ctx;
@@ -81,13 +96,12 @@ static void run_trials(void* ctx, int begin, int end, int block) {
         const int slot = om__slots_take(b->crew->free);
         Worker* w = &b->crew->worker[slot];
         om_body_restore(w->attempt.body, b->crew->rest);
+        w->attempt.tick = b->progress ? tick : NULL;
+        w->attempt.tick_ctx = b;
         OmStatus status = b->job(b->ctx, w, i);
         om__slots_give(b->crew->free, slot);
-        int ndone = atomic_fetch_add(&b->ndone, 1) + 1;
-        if (status >= 0 && !atomic_flag_test_and_set(&b->is_reporting)) {
-            status = om_progress_report(b->progress, b->stage, ndone, b->n);
-            atomic_flag_clear(&b->is_reporting);
-        }
+        atomic_fetch_add(&b->ndone, 1);
+        if (status >= 0) status = report(b);
         if (status < 0 && !atomic_flag_test_and_set(&b->is_reported)) {
             snprintf(b->message, sizeof b->message, "%s", om_error_message());
             atomic_store(&b->status, status);

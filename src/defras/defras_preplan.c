@@ -9,6 +9,7 @@
 #include "omentum/defras_preplan.h"
 
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #include "defras/defras_robust.h"
@@ -42,6 +43,7 @@ typedef struct Trying {
     const OmPreplanDef* def;
     OmPreplan* plan;
     Crew crew;
+    Kept kept;
     Trace trace[OM_PLAN_MAX_BLOCK];      // of the best sequence of each block
     int todo[OM_PLAN_MAX_BLOCK], ntodo;  // blocks to try
 } Trying;
@@ -69,9 +71,63 @@ static void list_points(Trying* t) {
     }
 }
 
-static OmStatus try_point(void* ctx, Worker* w, int i) {
-    Trying* t = ctx;
-    OmPreplanPoint* p = &t->plan->point[t->todo[i]];
+// A kept trial: this head, then tips and forces of the trace.
+typedef struct KeptPoint {
+    OmPreplanPoint point;
+    int32_t n, fold_step;
+} KeptPoint;
+
+static size_t kept_size(int n) { return sizeof(KeptPoint) + (size_t)n * 4 * sizeof(double); }
+
+static OmStatus keep_point(const Trying* t, int b) {
+    const Trace* trace = &t->trace[b];
+    const size_t size = kept_size(trace->n);
+    if (t->kept.fd < 0) return OM_OK;
+    char* data = om_calloc(size, 1);
+    if (!data) return OM_NO_MEMORY;
+    const KeptPoint head = {t->plan->point[b], trace->n, trace->fold_step};
+    memcpy(data, &head, sizeof head);
+    double* number = (double*)(void*)(data + sizeof head);
+    for (int i = 0; i < trace->n; ++i, number += 4) {
+        om_store3(number, 0, trace->tip[i]);
+        number[3] = trace->force[i];
+    }
+    const OmStatus status = om__kept_add(&t->kept, KEPT_POINTS, b, data, size);
+    om_free(data);
+    return status;
+}
+
+static bool is_sane(const OmPreplanPoint* p, const OmPreplanPoint* now) {
+    return p->block == now->block && p->arm == now->arm &&
+           (unsigned)p->verdict < OM_PREPLAN_NVERDICT && p->npull >= 0 &&
+           p->npull <= OM_PLAN_MAX_HORIZON && isfinite(p->visibility) && isfinite(p->force) &&
+           p->ntwin == 0 &&
+           (p->fold == OM_PLAN_PULL || p->fold == OM_PLAN_MOVE_AWAY || p->fold == OM_PLAN_MOVE_ROI);
+}
+
+// *is_there: the trial was kept.
+static OmStatus find_point(Trying* t, int b, bool* is_there) {
+    size_t size;
+    KeptPoint head;
+    const char* data = om__kept_find(&t->kept, KEPT_POINTS, b, &size);
+    *is_there = false;
+    if (!data || size < sizeof head) return OM_OK;
+    memcpy(&head, data, sizeof head);
+    if (head.n < 0 || size != kept_size(head.n) || head.fold_step < 0 || head.fold_step > head.n ||
+        !is_sane(&head.point, &t->plan->point[b]))
+        return OM_OK;
+    for (int i = 0; i < head.n; ++i) {
+        double number[4];
+        memcpy(number, data + kept_size(i), sizeof number);
+        OM_TRY(om__trace_add(&t->trace[b], om_load3(number, 0), number[3]));
+    }
+    t->trace[b].fold_step = head.fold_step;
+    t->plan->point[b] = head.point;
+    *is_there = true;
+    return OM_OK;
+}
+
+static OmStatus try_block(Trying* t, Worker* w, OmPreplanPoint* p) {
     Trace trace[2] = {{0}, {0}};
     AttemptResult r;
     w->attempt.trace = trace;
@@ -94,6 +150,16 @@ static OmStatus try_point(void* ctx, Worker* w, int i) {
     p->naction = r.naction;
     p->nstep = r.nstep;
     return OM_OK;
+}
+
+static OmStatus try_point(void* ctx, Worker* w, int i) {
+    Trying* t = ctx;
+    const int b = t->todo[i];
+    bool is_there;
+    OM_TRY(find_point(t, b, &is_there));
+    if (is_there) return OM_OK;
+    OM_TRY(try_block(t, w, &t->plan->point[b]));
+    return keep_point(t, b);
 }
 
 // ---- choosing -----------------------------------------------------------------------------------------------
@@ -246,6 +312,37 @@ static OmStatus begin(Trying* t, const OmProgress* progress) {
     return status;
 }
 
+// Of all that a trial depends on: the scene, and what was read and built from its files.
+static OmStatus key_of(const Trying* t, uint64_t* key) {
+    static const char version[] = OM_VERSION;
+    const OmSite* site = &t->crew.site;
+    const size_t layout[] = {sizeof(KeptPoint), sizeof(OmPreplanPoint)};
+    OmText text = {0};
+    OmScene* scene = om_alloc(1, sizeof *scene);
+    if (!scene) return OM_NO_MEMORY;
+    *scene = *t->def->scene;
+    scene->data_root[0] = 0;  // the same files may be moved
+    OmStatus status = om_scene_print(scene, false, &text);
+    om_free(scene);
+    uint64_t h = om_hash(version, sizeof version, OM_HASH_SEED);
+    h = om_hash(layout, sizeof layout, h);
+    if (status == OM_OK) h = om_hash(text.str, text.len, h);
+    h = om_hash(site->mesh.x, 3 * sizeof(double) * (size_t)site->mesh.nvert, h);
+    h = om_hash(site->mesh.tet_vert, 4 * sizeof(int) * (size_t)site->mesh.ntet, h);
+    h = om_hash(site->roi_x, 3 * sizeof(double) * (size_t)site->nroi, h);
+    const uint64_t rest = om_body_hash(t->crew.worker[0].attempt.body);
+    *key = om_hash(&rest, sizeof rest, h);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus open_kept(Trying* t) {
+    uint64_t key;
+    if (!t->def->trials) return OM_OK;
+    OM_TRY(key_of(t, &key));
+    return om__kept_open(t->def->trials, key, &t->kept);
+}
+
 OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress, OmPreplan* plan) {
     memset(plan, 0, sizeof *plan);
     plan->chosen = -1;
@@ -260,15 +357,18 @@ OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress, OmP
     if (!t) return OM_NO_MEMORY;
     t->def = def;
     t->plan = plan;
+    t->kept.fd = -1;
     OmStatus status = begin(t, progress);
     if (status < 0) goto done;
+    OM_TRY_DONE(open_kept(t));
     list_points(t);
     OM_TRY_DONE(om__crew_run(&t->crew, t->ntodo, try_point, t, progress, "trying grasping points"));
-    OM_TRY_DONE(om__robust_run(def, &t->crew, t->trace, plan, progress));
+    OM_TRY_DONE(om__robust_run(def, &t->crew, t->trace, &t->kept, plan, progress));
     om__preplan_choose(plan, def->nlowest);
     status = OM_OK;
 done:
     for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) om__trace_done(&t->trace[b]);
+    om__kept_done(&t->kept);
     om__crew_done(&t->crew);
     om_free(t);
     return status;

@@ -51,6 +51,11 @@ typedef struct Again {  // a plan that is repeated
     bool is_alike;      // at the end of the path
 } Again;
 
+typedef struct KeptAgain {  // of a finished repetition in a changed twin
+    double spread, force;
+    int32_t is_held, is_exposing, is_alike, pad;
+} KeptAgain;
+
 typedef struct Robust {
     const OmScene* scene;
     Again* again;
@@ -60,6 +65,8 @@ typedef struct Robust {
     int nvert;          // of the mesh
     OmVec3 aside;       // of the present twin, world frame, m
     bool is_reference;  // the present twin is the believed one
+    const Kept* kept;
+    int stage;  // of the present twin, in kept
 } Robust;
 
 // ---- one plan in one twin -------------------------------------------------------------------------------------
@@ -121,9 +128,24 @@ static bool is_same(const Robust* r, Again* a, uint64_t held) {
     return true;
 }
 
-static OmStatus repeat_one(void* ctx, Worker* w, int i) {
-    const Robust* r = ctx;
-    Again* a = &r->again[i];
+// The result of a kept repetition; false: it was not kept.
+static bool find_kept(const Robust* r, Again* a) {
+    size_t size;
+    KeptAgain k;
+    const void* data = om__kept_find(r->kept, r->stage, a->point->block, &size);
+    if (r->is_reference || !data || size != sizeof k) return false;
+    memcpy(&k, data, sizeof k);
+    a->spread = k.spread, a->force = k.force;
+    a->is_held = k.is_held, a->is_exposing = k.is_exposing, a->is_alike = k.is_alike;
+    return true;
+}
+
+static OmStatus keep(const Robust* r, const Again* a) {
+    const KeptAgain k = {a->spread, a->force, a->is_held, a->is_exposing, a->is_alike, 0};
+    return r->is_reference ? OM_OK : om__kept_add(r->kept, r->stage, a->point->block, &k, sizeof k);
+}
+
+static OmStatus repeat_in(const Robust* r, Again* a, Worker* w) {
     OmSurfaceTree* tree = NULL;
     double* distance = NULL;
     int nheld;
@@ -151,6 +173,13 @@ done:
     om_surface_tree_destroy(tree);
     om_free(distance);
     return status;
+}
+
+static OmStatus repeat_one(void* ctx, Worker* w, int i) {
+    const Robust* r = ctx;
+    if (find_kept(r, &r->again[i])) return OM_OK;
+    OM_TRY(repeat_in(r, &r->again[i], w));
+    return keep(r, &r->again[i]);
 }
 
 // ---- twins ---------------------------------------------------------------------------------------------------
@@ -194,7 +223,14 @@ static OmStatus run_change(const OmPreplanDef* def, int k, Robust* r, Crew* beli
     Crew crew = {.scene = NULL};
     OmScene* scene = NULL;
     r->aside = om_quat_rotate(believed->grid.task.q, change[k].aside);
+    r->stage = KEPT_CHANGES + k;
     OmStatus status = OM_OK;
+    int nkept = 0;
+    for (int i = 0; i < r->n; ++i) nkept += find_kept(r, &r->again[i]);
+    if (nkept == r->n) {
+        add_result(r);
+        return OM_OK;
+    }
     if (om_norm(r->aside) > 0) {
         status = om__crew_run(believed, r->n, repeat_one, r, progress, stage);
     } else {
@@ -226,8 +262,8 @@ static void list_best(OmPreplan* plan, const Trace* trace, int most, Robust* r) 
 }
 
 OmStatus om__robust_run(const OmPreplanDef* def, Crew* crew, const Trace trace[OM_PLAN_MAX_BLOCK],
-                        OmPreplan* plan, const OmProgress* progress) {
-    Robust r = {.scene = def->scene, .is_reference = true};
+                        const Kept* kept, OmPreplan* plan, const OmProgress* progress) {
+    Robust r = {.scene = def->scene, .is_reference = true, .kept = kept};
     if (def->nagain == 0) return OM_OK;
     OmStatus status = OM_OK;
     OM_CALLOC_DONE(r.again, (size_t)def->nagain);

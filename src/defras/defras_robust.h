@@ -3,13 +3,18 @@
 #define OMENTUM_DEFRAS_ROBUST_H
 
 #include "defras/defras_crew.h"
+#include "defras/defras_kept.h"
+
+// Stages of kept trials: the points, numbered by block, then each changed twin.
+enum { KEPT_POINTS = 0, KEPT_CHANGES = 1 };
 
 // Repeat the `def->nagain` exposing points of lowest force in changed twins. Sets ntwin, ntwin_exposed, spread, warning
 // and force_most of these points.
 // @param crew   of the believed twin
 // @param trace  of the best sequence of each block
+// @param kept   finds finished repetitions, and receives new ones
 OmStatus om__robust_run(const OmPreplanDef* def, Crew* crew, const Trace trace[OM_PLAN_MAX_BLOCK],
-                        OmPreplan* plan, const OmProgress* progress);
+                        const Kept* kept, OmPreplan* plan, const OmProgress* progress);
 
 // defras_preplan.c: the order of 6.4.2, lower force, then fewer actions, then the lower block
 bool om__preplan_is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b);

@@ -10,6 +10,8 @@
 #define NSTEP 111
 #define EVERY 15
 
+static const Kept nothing_kept = {.fd = -1};
+
 static Trace trace[OM_PLAN_MAX_BLOCK];
 
 // Up to the height limit, so that no pull is left, then away from the ROI.
@@ -131,7 +133,7 @@ static void five_twins_are_compared(void** state) {
     result->n = 5;
     result->point[BLOCK] =
         (OmPreplanPoint){.block = BLOCK, .arm = 0, .exposes = true, .fold = OM_PLAN_PULL};
-    assert_ok(om__robust_run(&def, &crew, trace, result, NULL));
+    assert_ok(om__robust_run(&def, &crew, trace, &nothing_kept, result, NULL));
     const OmPreplanPoint* p = &result->point[BLOCK];
     assert_int_equal(p->ntwin, 5);
     assert_int_equal(p->ntwin_exposed, nexposed);
@@ -204,7 +206,7 @@ static void a_twin_that_cannot_be_made_is_left_out(void** state) {
     OmPreplanDef def = om_preplan_default_def(&scene);
     result->n = 5;
     result->point[BLOCK] = (OmPreplanPoint){.block = BLOCK, .arm = 0, .exposes = true};
-    assert_ok(om__robust_run(&def, &crew, trace, result, NULL));
+    assert_ok(om__robust_run(&def, &crew, trace, &nothing_kept, result, NULL));
     assert_int_equal(result->point[BLOCK].ntwin, 3);
     om_free(result);
     om__crew_done(&crew);
