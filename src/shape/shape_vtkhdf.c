@@ -60,6 +60,7 @@ static hid_t make_growing(hid_t group, const char* name, hid_t type, hsize_t nco
     if (strcmp(name, "Values") == 0 || row <= 8) chunk[0] = 4096;
     int rank = ncol ? 2 : 1;
     hid_t space = H5Screate_simple(rank, dim, max), plist = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_obj_track_times(plist, false);  // the same run gives the same bytes
     H5Pset_chunk(plist, rank, chunk);
     bool is_value = H5Tget_class(type) == H5T_FLOAT && strcmp(name, "Values") != 0;
     if (row > 8 || is_value) {
@@ -248,6 +249,7 @@ static OmStatus add_array(OmRecording* r, const OmMeshArray* a) {
 static hid_t make_group(hid_t parent, const char* name) {
     // Readers of VTKHDF expect that creation order is tracked.
     hid_t plist = H5Pcreate(H5P_GROUP_CREATE);
+    H5Pset_obj_track_times(plist, false);
     H5Pset_link_creation_order(plist, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
     hid_t group = H5Gcreate2(parent, name, H5P_DEFAULT, plist, H5P_DEFAULT);
     H5Pclose(plist);
@@ -260,9 +262,11 @@ static OmStatus open_file(OmRecording* r, const char* path) {
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // omentum reports the errors
     OM_TRY(om_file_begin(path, &r->target));
     OM_CHECK(r->target.temp[0], OM_IO, "%s: is no file; a recording needs one", path);
-    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS), how = H5Pcreate(H5P_FILE_CREATE);
     H5Pset_file_locking(access, false, true);  // the lock is om_file_begin's
-    r->file = H5Fcreate(r->target.temp, H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    H5Pset_obj_track_times(how, false);        // of the root group
+    r->file = H5Fcreate(r->target.temp, H5F_ACC_TRUNC, how, access);
+    H5Pclose(how);
     H5Pclose(access);
     if (r->file < 0) return failed(r, "create the file");
     r->root = make_group(r->file, "VTKHDF");

@@ -179,6 +179,34 @@ static int count_leftovers(const char* part) {
     return n;
 }
 
+static herr_t count_object(hid_t at, const char* name, const H5O_info_t* info, void* ctx) {
+    (void)at;
+    int* n = ctx;
+    assert_true(info->ctime == 0 && info->mtime == 0 && info->atime == 0 && info->btime == 0);
+    *n += name[0] != 0;
+    return 0;
+}
+
+// The same bytes at any time of the day: no object of the file holds the time at which it was made.
+static void test_objects_have_no_time(void** state) {
+    (void)state;
+    const char* path = "/tmp/test_shape_vtkhdf_time.vtkhdf";
+    OmTetMesh mesh;
+    OmRecording* r;
+    int n = 0;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 1, 1, 1, &mesh));
+    assert_ok(om_recording_begin(path, &mesh, NULL, 0, &r));
+    assert_ok(om_recording_add_step(r, 0, mesh.x, NULL));
+    assert_ok(om_recording_end(r));
+    hid_t f = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(f >= 0);
+    assert_true(H5Ovisit2(f, H5_INDEX_NAME, H5_ITER_INC, count_object, &n, H5O_INFO_TIME) >= 0);
+    assert_true(n > 12);
+    H5Fclose(f);
+    remove(path);
+    om_tet_mesh_done(&mesh);
+}
+
 static void test_bad_input_leaves_nothing(void** unused) {
     (void)unused;
     OmTetMesh mesh;
@@ -240,6 +268,7 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_a_run_is_read_back),
         cmocka_unit_test(test_surfaces_beside_the_mesh),
+        cmocka_unit_test(test_objects_have_no_time),
         cmocka_unit_test(test_bad_input_leaves_nothing),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
