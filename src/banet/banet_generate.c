@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "banet/banet_data_internal.h"
+#include "banet/banet_internal.h"
 #include "omentum/nn_store.h"
 
 #define COOKIE 0x16da7a5eu
@@ -80,9 +81,10 @@ typedef struct Crew {
     atomic_flag is_reported;  // a worker has written the message
 } Crew;
 
-static OmStatus make_cells(const OmBanetSampleDef* def, int index, OmBanetCells* cells) {
+static OmStatus make_cells(const OmBanetSampleDef* def, int index, const OmProgress* watch,
+                           OmBanetCells* cells) {
     OmBanetSample sample = {0};
-    OmStatus status = om_banet_sample_make(def, index, &sample);
+    OmStatus status = om__banet_sample_watched(def, index, watch, &sample);
     if (status == OM_NOT_CONVERGED)
         return om_error(status, "sample %d: none of %d draws succeeded", index, def->max_attempt);
     if (status == OM_OK) status = om_banet_cells_make(&sample, def->side, cells);
@@ -90,15 +92,37 @@ static OmStatus make_cells(const OmBanetSampleDef* def, int index, OmBanetCells*
     return status;
 }
 
+typedef struct Watch {
+    Crew* crew;
+    bool is_caller;  // this worker runs on the caller's thread
+} Watch;
+
+// At every iteration of a sample, which may take several seconds: has the caller, or another worker, ended the work?
+static bool watch_sample(void* ctx, const char* stage, double done, double total) {
+    (void)stage;
+    (void)done;
+    (void)total;
+    const Watch* w = ctx;
+    const Crew* c = w->crew;
+    if (atomic_load(&c->status) != OM_OK) return false;
+    if (!w->is_caller || !c->progress || !c->progress->report) return true;
+    return c->progress->report(c->progress->ctx, "samples",
+                               c->shard->first - c->def->first + atomic_load(&c->ndone),
+                               c->def->nsample - c->def->first);
+}
+
 static void work(void* ctx, OmTeam* team, int rank, int size) {
     (void)team;
     (void)size;
     Crew* c = ctx;
+    Watch w = {c, rank == 0};
+    const OmProgress watch = {watch_sample, &w};
     const int before = c->shard->first - c->def->first, total = c->def->nsample - c->def->first;
     while (atomic_load(&c->status) == OM_OK) {
         const int i = atomic_fetch_add(&c->next, 1);
         if (i >= c->shard->num) return;
-        OmStatus status = make_cells(&c->def->sample, c->shard->first + i, &c->shard->sample[i]);
+        OmStatus status =
+            make_cells(&c->def->sample, c->shard->first + i, &watch, &c->shard->sample[i]);
         const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
         if (status == OM_OK && rank == 0)  // the caller's thread
             status = om_progress_report(c->progress, "samples", before + ndone, total);

@@ -16,8 +16,13 @@ OmStatus om__banet_attach(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample
                           bool* is_good);
 OmStatus om__banet_grasp(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample* sample,
                          bool* is_good);
-// Equilibrium of the sample: x, max_u, min_volume, residual; on a board also mesh.x and rest. *is_good: found.
-OmStatus om__banet_solve(const OmBanetSampleDef* def, OmBanetSample* sample, bool* is_good);
+// Equilibrium of the sample: x, max_u, min_volume, residual; on a board also mesh.x and rest. *is_good: found. `watch`
+// is called at every iteration; may be null.
+OmStatus om__banet_solve(const OmBanetSampleDef* def, const OmProgress* watch,
+                         OmBanetSample* sample, bool* is_good);
+// om_banet_sample_make with a listener that can cancel it.
+OmStatus om__banet_sample_watched(const OmBanetSampleDef* def, int64_t index,
+                                  const OmProgress* watch, OmBanetSample* sample);
 // Visible part by (4.1) of the deformed surface, its exact displacement: u, seen, visible.
 OmStatus om__banet_see(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample* sample);
 

@@ -222,7 +222,8 @@ static void solve_done(Solve* s) {
     om_free(s->fixed);
 }
 
-static OmStatus solve_init(const OmBanetSampleDef* def, const OmBanetSample* sample, Solve* s) {
+static OmStatus solve_init(const OmBanetSampleDef* def, const OmProgress* watch,
+                           const OmBanetSample* sample, Solve* s) {
     OmStatus status = OM_OK;
     size_t n = 3 * (size_t)sample->mesh.nvert;
     OM_TRY_DONE(om_fem_mesh_from_tet(&sample->mesh, OM_TET4, &s->mesh));
@@ -231,6 +232,7 @@ static OmStatus solve_init(const OmBanetSampleDef* def, const OmBanetSample* sam
     solid.nworker = 1;  // samples run in parallel, not their solves
     OM_TRY_DONE(om_fem_create(&solid, &s->solid));
     OmFemStaticDef how = om_fem_static_default_def(s->solid);
+    how.progress = watch;
     how.tolerance = def->tolerance;
     how.min_step = 1;  // a draw that needs load steps costs more than another one
     how.max_newton = 30;
@@ -274,7 +276,8 @@ static OmStatus settle(Solve* s, OmBanetSample* sample, bool* is_good) {
     return status < 0 ? status : OM_OK;
 }
 
-OmStatus om__banet_solve(const OmBanetSampleDef* def, OmBanetSample* sample, bool* is_good) {
+OmStatus om__banet_solve(const OmBanetSampleDef* def, const OmProgress* watch,
+                         OmBanetSample* sample, bool* is_good) {
     OmStatus status = OM_OK;
     OmFemReport report = {0};
     Solve s = {0};
@@ -284,7 +287,7 @@ OmStatus om__banet_solve(const OmBanetSampleDef* def, OmBanetSample* sample, boo
     OM_ALLOC_DONE(sample->x, n);
     memcpy(sample->rest, sample->mesh.x, n * sizeof(double));
     memcpy(sample->x, sample->mesh.x, n * sizeof(double));
-    OM_TRY_DONE(solve_init(def, sample, &s));
+    OM_TRY_DONE(solve_init(def, watch, sample, &s));
     if (sample->has_board) OM_TRY_DONE(settle(&s, sample, is_good));
     if (!*is_good) goto done;
     int ngrasped = 0;

@@ -133,8 +133,8 @@ static void draw_kind(const OmBanetSampleDef* def, int64_t index, OmBanetSample*
 }
 
 // One draw. *is_good: it is a sample.
-static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt, OmBanetSample* s,
-                     bool* is_good) {
+static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt,
+                     const OmProgress* watch, OmBanetSample* s, bool* is_good) {
     uint64_t stream = (uint64_t)index + ((uint64_t)(2 * attempt) << DRAW_SHIFT);
     OmRng rng = om_rng_init(def->seed, stream);
     draw_kind(def, index, s);
@@ -149,7 +149,7 @@ static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt, Om
     if (!*is_good) return OM_OK;
     OM_TRY(om__banet_grasp(def, &rng, s, is_good));
     if (!*is_good) return OM_OK;
-    OM_TRY(om__banet_solve(def, s, is_good));
+    OM_TRY(om__banet_solve(def, watch, s, is_good));
     s->nfail += !*is_good;
     if (!*is_good) return OM_OK;
     OM_ALLOC(s->u, 3 * (size_t)s->surface.nvert);
@@ -164,6 +164,11 @@ static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt, Om
 }
 
 OmStatus om_banet_sample_make(const OmBanetSampleDef* def, int64_t index, OmBanetSample* sample) {
+    return om__banet_sample_watched(def, index, NULL, sample);
+}
+
+OmStatus om__banet_sample_watched(const OmBanetSampleDef* def, int64_t index,
+                                  const OmProgress* watch, OmBanetSample* sample) {
     *sample = (OmBanetSample){0};
     OM_TRY(om_banet_sample_def_validate(def));
     OM_CHECK(index >= 0 && index < (int64_t)1 << DRAW_SHIFT, OM_INVALID,
@@ -173,7 +178,7 @@ OmStatus om_banet_sample_make(const OmBanetSampleDef* def, int64_t index, OmBane
     for (int attempt = 0; attempt < def->max_attempt; ++attempt) {
         bool is_good = false;
         sample->nfail = nfail;
-        OmStatus status = draw(def, index, attempt, sample, &is_good);
+        OmStatus status = draw(def, index, attempt, watch, sample, &is_good);
         if (status == OM_OK && is_good) {
             sample->seconds = om_clock_now() - begin;
             return OM_OK;

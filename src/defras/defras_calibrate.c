@@ -12,6 +12,7 @@
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
 // pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
 // sorted by layout and block.
+#include <stdatomic.h>
 #include <string.h>
 
 #include "defras/defras_trial.h"
@@ -34,7 +35,22 @@ typedef struct Calibration {
     TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
     int first;  // first layout of the current round
+    const OmProgress* progress;
+    atomic_flag is_reporting;
+    atomic_bool is_cancelled;
 } Calibration;
+
+// Before each step of a layout: a layout takes a minute. One worker at a time reports.
+static OmStatus tick(void* ctx) {
+    Calibration* c = ctx;
+    if (atomic_load(&c->is_cancelled)) return om_error(OM_CANCELLED, "cancelled");
+    if (atomic_flag_test_and_set(&c->is_reporting)) return OM_OK;
+    const OmStatus status =
+        om_progress_report(c->progress, "calibrating force", c->first, c->nlayout);
+    atomic_flag_clear(&c->is_reporting);
+    if (status < 0) atomic_store(&c->is_cancelled, true);
+    return status;
+}
 
 static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
     int need = p->n + trace->n;
@@ -118,6 +134,8 @@ static OmStatus run_layout(Calibration* c, int layout) {
         double* largest = &c->largest[layout * c->nblock + b];
         *largest = -1;
         if (twin->grid.vert[b] < 0) continue;
+        twin->tick = truth->tick = tick;
+        twin->tick_ctx = truth->tick_ctx = c;
         twin->speed = SPEED_UP * c->scene->task.speed;
         bool has_truth =
             !om__grid_is_fixed(&twin->grid, twin->body, b) && nfree++ % TRUTH_EVERY == 0;
@@ -195,13 +213,16 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
     OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
     OM_CHECK(om_engine_capabilities(engine) & OM_ENGINE_FORCES, OM_INVALID,
              "the twin's engine \"%s\" has no forces in newtons to calibrate", engine->name);
-    Calibration c = {
-        .scene = scene, .nlayout = nlayout, .nblock = scene->task.grid * scene->task.grid};
+    Calibration c = {.scene = scene,
+                     .nlayout = nlayout,
+                     .nblock = scene->task.grid * scene->task.grid,
+                     .progress = progress,
+                     .is_reporting = ATOMIC_FLAG_INIT};
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
-    // One layout for each worker in a round; progress and cancellation are checked between two rounds.
+    // One layout for each worker in a round.
     int worker = om_worker_count(nworker);
     for (; c.first < nlayout; c.first += worker) {
         OM_TRY_DONE(om_progress_report(progress, "calibrating force", c.first, nlayout));

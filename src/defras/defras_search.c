@@ -30,7 +30,15 @@ typedef struct Search {
     bool is_free[OM_PLAN_MAX_BLOCK];  // has tissue, and is not above an attachment
     int vert[OM_PLAN_MAX_BLOCK];      // of the truth, nearest to the grasping point at rest
     int ndone;                        // actions before the present grasp
+    const OmProgress* progress;
+    const char* stage;
+    int istage, nstage;  // done, of all
 } Search;
+
+static OmStatus report(void* ctx) {
+    const Search* s = ctx;
+    return om_progress_report(s->progress, s->stage, s->istage, s->nstage);
+}
 
 // A sequence of reach, grasp, npull pulls and the folds.
 static void keep(Search* s, int block, int npull, OmPlanVerb first, OmPlanVerb second,
@@ -141,7 +149,7 @@ static OmStatus try_seconds(Search* s, int first, const void* held) {
 }
 
 // The first grasps with the largest visibility, best first.
-static OmStatus search_pairs(Search* s, int nfirst, const OmProgress* progress) {
+static OmStatus search_pairs(Search* s, int nfirst) {
     Trial* t = s->trial;
     Found found[OM_PLAN_MAX_BLOCK];
     OmStatus status = OM_OK;
@@ -156,7 +164,8 @@ static OmStatus search_pairs(Search* s, int nfirst, const OmProgress* progress) 
                 (first < 0 || found[b].visibility > found[first].visibility))
                 first = b;
         if (first < 0) break;
-        OM_TRY_DONE(om_progress_report(progress, "searching with both arms", k, nfirst));
+        s->stage = "searching with both arms", s->istage = k, s->nstage = nfirst;
+        OM_TRY_DONE(report(s));
         OM_TRY_DONE(repeat_first(s, first, &found[first]));
         om_body_save(t->body, held);
         s->best->first_block = first;
@@ -184,13 +193,16 @@ static OmStatus search(const OmScene* scene, double force_limit, int nfirst, int
     OM_TRY_DONE(om_body_create(scene, &site, nworker, &twin));
     OM_TRY_DONE(om__trial_create(scene, scene->seed, OM_SITE_WORLD, nworker, &s.trial));
     int nblock = scene->task.grid * scene->task.grid;
+    s.progress = progress, s.stage = "searching", s.nstage = nblock;
+    s.trial->tick = report, s.trial->tick_ctx = &s;
     for (int b = 0; b < nblock; ++b) {
-        OM_TRY_DONE(om_progress_report(progress, "searching", b, nblock));
+        s.istage = b;
+        OM_TRY_DONE(report(&s));
         const Grid* g = &s.trial->grid;
         s.is_free[b] = g->vert[b] >= 0 && !om__grid_is_fixed(g, twin, b);
         if (s.is_free[b]) OM_TRY_DONE(try_block(&s, b));
     }
-    if (result->nexposed == 0 && nfirst > 0) OM_TRY_DONE(search_pairs(&s, nfirst, progress));
+    if (result->nexposed == 0 && nfirst > 0) OM_TRY_DONE(search_pairs(&s, nfirst));
 done:
     om__trial_destroy(s.trial);
     om_body_destroy(twin);

@@ -92,6 +92,7 @@ void om__trace_done(Trace* trace) {
 static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     OmBodyReport report;
     OmBodyForces forces;
+    if (t->tick) OM_TRY(t->tick(t->tick_ctx));
     OM_TRY(om_body_move(t->body, t->arm, (OmPose){tip, t->grid.task.q}));
     OmStatus status = om_body_step(t->body, t->scene.task.time_step, &report);
     if (status < 0) return status;

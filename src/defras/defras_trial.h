@@ -11,9 +11,11 @@ typedef struct Trial {
     OmBody* body;
     OmView* view;
     Grid grid;
-    void* rest;    // the settled state
-    double speed;  // m/s, of the tip; default: the task's
-    int arm;       // that grasps and moves; default 0
+    void* rest;                   // the settled state
+    double speed;                 // m/s, of the tip; default: the task's
+    int arm;                      // that grasps and moves; default 0
+    OmStatus (*tick)(void* ctx);  // called before each step; below 0 ends the trial; may be null
+    void* tick_ctx;
 } Trial;
 
 // Result of the motions of one trial.

@@ -1,5 +1,6 @@
 // rl_demo.c: demonstrations of a task by its scripted expert.
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #include "rl/rl_internal.h"
@@ -47,10 +48,27 @@ static void episode_done(Episode* e) {
     om_free(e->reward);
 }
 
+typedef struct Watch {  // shared by the workers
+    const OmProgress* progress;
+    int ndone, ndemo;
+    atomic_flag is_reporting;
+    atomic_bool is_cancelled;
+} Watch;
+
+// After each step: an episode takes seconds. One worker at a time reports.
+static OmStatus watch_step(Watch* w) {
+    if (atomic_load(&w->is_cancelled)) return OM_CANCELLED;
+    if (atomic_flag_test_and_set(&w->is_reporting)) return OM_OK;
+    const OmStatus status = om_progress_report(w->progress, "demonstrations", w->ndone, w->ndemo);
+    atomic_flag_clear(&w->is_reporting);
+    if (status < 0) atomic_store(&w->is_cancelled, true);
+    return status;
+}
+
 typedef struct Recording {
     const OmRlTask* task;
     uint64_t seed;
-    const OmProgress* progress;
+    Watch* watch;
     Episode* episode;  // (ndemo)
     OmStatus* status;  // (ndemo)
 } Recording;
@@ -88,6 +106,7 @@ static OmStatus record_one(const Recording* r, int k) {
                                                .final_info = info,
                                                .final_return = &sum}));
         ++e->n;
+        OM_TRY_DONE(watch_step(r->watch));
     }
     e->score = om__rl_score_index(task) < 0 ? sum : info[om__rl_score_index(task)];
 done:
@@ -177,7 +196,8 @@ static OmStatus join(const OmRlTask* task, const Episode* e, int ndemo, OmRlDemo
 OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
                             const OmProgress* progress, OmRlDemos* demos) {
     enum { GROUP = 8 };
-    Recording r = {.task = task, .seed = seed, .progress = progress};
+    Watch watch = {.progress = progress, .ndemo = ndemo, .is_reporting = ATOMIC_FLAG_INIT};
+    Recording r = {.task = task, .seed = seed, .watch = &watch};
     OmStatus status = OM_OK;
     *demos = (OmRlDemos){0};
     OM_CHECK(ndemo > 0 && ndemo <= 100000, OM_INVALID, "demonstrations: ndemo is %d", ndemo);
@@ -185,13 +205,16 @@ OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
     OM_CALLOC_DONE(r.episode, ndemo);
     OM_CALLOC_DONE(r.status, ndemo);
     for (int begin = 0; begin < ndemo; begin += GROUP) {
-        OM_TRY_DONE(om_progress_report(progress, "demonstrations", begin, ndemo));
+        watch.ndone = begin;
+        OM_TRY_DONE(watch_step(&watch));
         Recording part = r;
         part.seed = seed + (uint64_t)begin;
         part.episode = r.episode + begin;
         part.status = r.status + begin;
         int n = ndemo - begin < GROUP ? ndemo - begin : GROUP;
         om_parallel_for(0, n, 1, record_block, &part);
+        OM_CHECK_DONE(!atomic_load(&watch.is_cancelled), OM_CANCELLED,
+                      "cancelled during demonstrations");
         for (int k = 0; k < n; ++k)
             if (part.status[k] < 0) {
                 status = om_error(part.status[k], "demonstration %d of task %s failed", begin + k,

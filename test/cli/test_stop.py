@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""SIGTERM ends every verb within 2 s on an idle machine: exit code 130, a sentence that says what is kept, finished work kept.
+
+    test_stop.py PROGRAM [VERB]
+
+Each verb begins on a small input with one worker. When it has computed for a while it gets the signal. The time until its
+end is processor time, so that other work on the machine does not count. Verbs that continue are called again, until the
+result is there, and give the same bytes as an uninterrupted run.
+"""
+import os
+import pathlib
+import re
+import resource
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MOST = 2.0  # s of processor time from the signal to the end
+DEADLINE = 120  # s of wall time, for deadlocks
+
+SCENE = """name: small
+tissue: {source: sheet, cells: [8, 8, 1], world_cells: [12, 12, 1]}
+attachments: {kind: box, lo_mm: [10, -100, -1], hi_mm: [100, 100, 1]}
+roi: {random: false, center_mm: [-40, -30, 0]}
+endoscope: {distance_mm: 200, elevation_deg: 45, fov_deg: 60, width: 80, height: 60}
+task: {force_threshold: 3, grasp_radius_mm: 11, speed_mm_s: 50}
+"""
+STRIP = """name: strip
+tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], world_cells: [9, 5, 2], young: 3000, poisson: 0.3, rayleigh_stiffness: 0}
+attachments: {kind: box, lo_mm: [-31, -16, -1], hi_mm: [-20, 16, 1]}
+roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}
+"""
+LIFT = """title: A strip lifted at its end
+scene: strip.yaml
+observations: seen.csv
+parameters: [{name: tissue.young, min: 500, max: 50000, start: 2000, log: true}]
+paths: [{name: end, kind: lift, point_mm: [30, 0, 10], direction: [0, 0, 1], grasp_radius_mm: 12, speed_mm_s: 10, time_step_s: 0.1, settle_s: 0.5}]
+search: {noise_mm: 0.5, force_mm_per_n: 50, generations: 40, population: 20, tolerance: 0.02}
+"""
+SEEN = "experiment,level_mm,landmark,x_mm,y_mm,z_mm\nend,rest,middle,5,0,5\nend,10,middle,5.1,0,9\nend,20,force,0,0,0.05\n"
+
+INPUTS = {"small.yaml": SCENE, "strip.yaml": STRIP, "lift.yaml": LIFT, "seen.csv": SEEN, "endless.lp": "p(1). p(X+1) :- p(X).\n"}
+
+KEPT = "the same command continues"
+RECORD = "the record so far is in"
+NOTHING = "nothing was written"
+
+# What a verb needs from another one before.
+BEFORE = {"umesh train": "umesh generate --elements 200 --points 4x4x4 -n 8 --shard 8 -q -o data"}
+
+# verb, options, s of processor time before the signal, what the last line says, what is left in the folder
+# (a pattern of names; None: nothing)
+CASES = [
+    ("plan", "--roi 3,3 --program endless.lp", 0.2, NOTHING, None),
+    ("model", "$ROOT/samples/data/ct_labels.seg.nrrd --label kidney_left --edge 1.5 -o out", 0.2, NOTHING, None),
+    ("preplan", "small.yaml -o out", 0.4, KEPT, r"out\.trials"),
+    ("retract", "small.yaml -o out", 0.2, RECORD, r"out"),
+    ("retract", "small.yaml --defras -o out", 0.4, KEPT, r"out\.trials"),
+    ("retract", "small.yaml --layouts 3 -o out", 0.2, RECORD, r"out"),
+    ("retract", "small.yaml --calibrate-force --layouts 4", 0.3, NOTHING, None),
+    ("retract", "small.yaml --search", 0.2, NOTHING, None),
+    ("demo", "--quick -o out", 0.8, KEPT, r"out\.trials"),
+    ("calibrate", "lift.yaml -o out", 0.3, KEPT, r"out"),
+    ("umesh generate", "--elements 200 --points 4x4x4 -n 5000 --shard 5 -o out", 0.3, KEPT, r"out"),
+    ("umesh train", "-d data -o out --levels 1 --epochs 5000 --validation 2", 0.2, KEPT, r"out"),
+    ("banet generate", "-n 2000 --shard 1 --seed 900 --way exact --pictures 0 -o out", 0.3, KEPT, r"out"),
+    ("rl train", "-t reach -n 400000 -o out", 0.3, KEPT, r"out"),
+    ("rl eval", "-t retract --random -n 5000", 1.2, NOTHING, None),
+    ("rl demo", "-t retract -n 500 -o out.hdf5", 0.6, NOTHING, None),
+]
+
+
+def processor_time(pid):
+    """Of a process and its children, s."""
+    total = 0
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                field = pathlib.Path("/proc", entry, "stat").read_text().rsplit(")", 1)[1].split()
+            except OSError:
+                continue
+            if int(entry) == pid or int(field[1]) == pid:
+                total += (int(field[11]) + int(field[12])) / os.sysconf("SC_CLK_TCK")
+    return total
+
+
+def start(program, verb, options, folder):
+    words = shlex.split(options.replace("$ROOT", str(ROOT)))
+    return subprocess.Popen([program, *verb.split(), *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.PIPE, text=True)
+
+
+def stop(process, after, number):
+    """Send the signal once the process has worked; exit code, processor time to the end, what it said, or None if it had ended."""
+    begin = time.monotonic()
+    while process.poll() is None and processor_time(process.pid) < after and time.monotonic() < begin + DEADLINE:
+        time.sleep(0.01)
+    before, last = processor_time(process.pid), 0.0
+    process.send_signal(number)
+    begin = time.monotonic()
+    while process.poll() is None:
+        last = max(last, processor_time(process.pid) - before)
+        if time.monotonic() > begin + DEADLINE:
+            process.kill()
+        time.sleep(0.01)
+    return process.returncode, last, process.stderr.read()
+
+
+def check(program, case, number=signal.SIGTERM):
+    verb, options, after, says, leaves = case
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for file, text in INPUTS.items():
+            (folder / file).write_text(text)
+        if verb in BEFORE:
+            subprocess.run([program, *BEFORE[verb].split()], cwd=folder, stdout=subprocess.DEVNULL, check=True)
+        code, seconds, said = stop(start(program, verb, options, folder), after, number)
+        where = f"omentum {verb} {options}: exit code {code} after {seconds:.2f} s\n{said}"
+        last = said.strip().splitlines()[-1] if said.strip() else ""
+        left = sorted(p.name for p in folder.iterdir() if p.name not in INPUTS and p.name != "data")
+        print(f"{verb:15} {seconds:.2f} s  {last}  {left}")
+        assert code == 130, where
+        assert seconds <= MOST, where
+        assert says in last, where
+        assert [re.fullmatch(leaves, n) for n in left if leaves] and len(left) == 1 if leaves else not left, f"{where}{left}"
+
+
+def same_files(a, b):
+    """Both folders hold the same bytes, but for their own names in the list of files."""
+    names = sorted(p.relative_to(a) for p in a.rglob("*") if p.is_file() and p.name != ".omentum")
+    assert names and names == sorted(p.relative_to(b) for p in b.rglob("*") if p.is_file() and p.name != ".omentum")
+    for name in names:
+        assert (a / name).read_bytes() == (b / name).read_bytes(), name
+
+
+def check_resume(program, verb, options, after):
+    """Stopped twice, then left alone: the bytes of an uninterrupted run."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for file, text in INPUTS.items():
+            (folder / file).write_text(text)
+        whole = start(program, verb, f"{options} -q -o whole", folder)
+        said = whole.communicate()[1]
+        assert whole.returncode in (0, 1), said
+        for _ in range(2):
+            code, _, said = stop(start(program, verb, f"{options} -q -o cut", folder), after, signal.SIGTERM)
+            assert code == 130 and KEPT in said, f"{code} {said}"
+        cut = start(program, verb, f"{options} -q -o cut", folder)
+        said = cut.communicate()[1]
+        assert cut.returncode == whole.returncode, said
+        same_files(folder / "whole", folder / "cut")
+        left = sorted(p.name for p in folder.iterdir() if p.name.startswith("cut"))
+        assert left == ["cut"], left
+
+
+RESUMED = [("preplan", "small.yaml --again 2", 0.5)]
+
+
+def main():
+    seconds = int(os.environ.get("OM_TEST_CPU_S", "0"))
+    if seconds:  # processor time of each program, as in run_case.py
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    os.environ["OMP_NUM_THREADS"] = "1"
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    only = sys.argv[2:]
+    for case in CASES:
+        if not only or case[0] in only:
+            check(program, case)
+    for case in RESUMED:
+        if not only or case[0] in only:
+            check_resume(program, *case)
+    if not only:
+        check(program, CASES[2], signal.SIGINT)
+
+
+if __name__ == "__main__":
+    main()
