@@ -32,6 +32,17 @@ import time
 import ctest_files
 
 MAX_ALLOWED = 10
+running = set()  # process groups of the tests that run now
+
+
+def end_all(number, _):
+    """Ctrl-C and SIGTERM end the tests, too."""
+    for group in list(running):
+        try:
+            os.killpg(group, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    os._exit(128 + number)
 
 
 def skipped_cases(output):
@@ -101,9 +112,11 @@ class Outcome:
             except OSError as error:
                 self.code, self.output, self.wall, self.why = -1, "", 0.0, f"cannot be started: {error.strerror}"
                 return
+            running.add(process.pid)
             timer = threading.Timer(test.timeout, os.killpg, (process.pid, signal.SIGKILL))
             timer.start()
             _, status, usage = os.wait4(process.pid, 0)
+            running.discard(process.pid)
             process.returncode = self.code = os.waitstatus_to_exitcode(status)
             is_late = not timer.is_alive()
             timer.cancel()
@@ -189,6 +202,9 @@ def main(arguments):
         if any("python" in test.labels for test, _ in chosen):
             print("all")  # the package's module of declarations is made by the default target
         return 0
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, end_all)
     allowed, wrong = read_allowed(args.allowed, tests) if args.allowed else ([], [])
 
     last = os.path.join(args.build, "test_times.json")

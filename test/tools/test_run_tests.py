@@ -5,8 +5,10 @@ import io
 import json
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
+import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 import ctest_files  # noqa: E402
@@ -124,8 +126,21 @@ def times():
     check("the processor time of children counts", seconds > 0.01, True)
 
 
+def ending():
+    b = new()
+    b.add("long", f"touch {b.folder}/begun; sleep 30; touch {b.folder}/over")
+    (b.folder / "CTestTestfile.cmake").write_text(b.text)
+    runner = subprocess.Popen([sys.executable, "-B", run_tests.__file__, str(b.folder)], stdout=subprocess.DEVNULL)
+    while not (b.folder / "begun").exists():
+        time.sleep(0.01)
+    runner.terminate()
+    check("exit code of SIGTERM", runner.wait(5), 143)
+    alive = subprocess.run(["pgrep", "-f", f"{b.folder}/over"], capture_output=True, text=True, check=False).stdout
+    check("no test is left behind", alive, "")
+
+
 with tempfile.TemporaryDirectory() as ROOT:
     os.environ.pop("OM_TEST_CASES", None)
-    for case in (reading, counting, choosing, limits, times):
+    for case in (reading, counting, choosing, limits, times, ending):
         case()
 print("test_run_tests: passed")
