@@ -490,7 +490,7 @@ int main(void) {
         cmocka_unit_test(test_grid),
         cmocka_unit_test(test_fluents),
         cmocka_unit_test(test_attempts_are_kept_apart),
-        cmocka_unit_test(test_a_fine_grid_does_not_stay_in_one_place),
+        cmocka_slow_test(test_a_fine_grid_does_not_stay_in_one_place),
         cmocka_unit_test(test_trial_lift),
         cmocka_unit_test(test_trial_weight),
         cmocka_unit_test(test_stop_far_above_the_limit),

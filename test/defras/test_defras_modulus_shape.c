@@ -30,6 +30,7 @@ static void rig_create_same(Rig* g, const Truth* t) {
     scene.task.max_actions = t->naction > 0 ? t->naction : 8;
     scene.world.has_depth_noise = false;
     scene.rgbd.width = 160, scene.rgbd.height = 120;
+    if (!test_is_slow()) scene.rgbd.width = 96, scene.rgbd.height = 72;
     if (t->height > 0) scene.task.max_height = t->height;
     scene.monitor.rate = 10;
     scene.monitor.region = OM_MONITOR_MOVED;
@@ -89,7 +90,7 @@ static OmRetractResult run(const Truth* t) {
 static void test_the_modulus_is_found(void** state) {
     (void)state;
     static const double young[] = {0.4, 3};
-    for (int k = 0; k < 2; ++k) {
+    for (int k = test_is_slow() ? 0 : 1; k < 2; ++k) {
         OmRetractResult r = run(&(Truth){.young = young[k], .friction = 0.1, .learns = true});
         assert_true(r.nmodulus >= 1);
         assert_near(r.young_factor, young[k], 0.25 * young[k]);
@@ -101,7 +102,7 @@ static void test_the_modulus_is_found(void** state) {
 static void test_nothing_is_learnt_without_need(void** state) {
     (void)state;
     static const double young[] = {1, 1.13};
-    for (int k = 0; k < 2; ++k) {
+    for (int k = test_is_slow() ? 0 : 1; k < 2; ++k) {
         OmRetractResult r = run(&(Truth){.young = young[k], .friction = 0.1, .learns = true});
         assert_int_equal(r.nmodulus, 0);
         om_retract_result_done(&r);
@@ -147,16 +148,15 @@ static void test_no_memory(void** state) {
     (void)state;
     Rig g;
     rig_create_same(&g, &(Truth){.young = 1, .friction = 0.1});
-    printf("%d allocations failed\n", test_failing_allocations(make_modulus, &g, 1));
+    printf("%d allocations failed\n", test_failing_allocations(make_modulus, &g, test_stride(3)));
     rig_destroy(&g);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_the_modulus_is_found),
                                        cmocka_unit_test(test_nothing_is_learnt_without_need),
-                                       cmocka_unit_test(test_the_twin_agrees_better),
-                                       cmocka_unit_test(test_an_attachment_still_warns),
-
+                                       cmocka_slow_test(test_the_twin_agrees_better),
+                                       cmocka_slow_test(test_an_attachment_still_warns),
                                        cmocka_unit_test(test_no_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -752,8 +752,10 @@ static void a_run_tells_of_its_frames(void** state) {
     scene.monitor.limit[2] = 2e-2;
     scene.monitor.hysteresis = 0;
     scene.task.max_actions = 4;
+    scene.rgbd.width = 96, scene.rgbd.height = 72;
     OmRetractDef def = om_retract_default_def(&scene);
     OmRetractResult r;
+    def.nworker = 1;
     def.out_dir = path;
     assert_ok(om_retract_run(&def, NULL, &r));
     assert_true(r.nwarning[0] > 0 && r.nwarning[1] == 0 && r.mu_max > 1e-5 && r.mu_max < 1e-2);
@@ -796,7 +798,9 @@ static void a_lost_camera_or_tool_ends_in_a_hold(void** state) {
     Rig g;
     OmWorldOps ops = hidden_ops;
     ops.observe = faulty_observe;
-    rig_create(&g, object_scene());
+    OmScene scene = object_scene();
+    scene.rgbd.width = 96, scene.rgbd.height = 72;
+    rig_create(&g, scene);
     OmMonitorDef monitor_def = om_monitor_default_def(&g.scene, g.world, &g.twin_site);
     for (int k = 0; k < 2; ++k) {
         rig_start(&g);

@@ -19,7 +19,7 @@ static void test_a_free_corner_is_lifted(void** state) {
     (void)state;
     OmScene scene = easy_scene();
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     if (!r.is_exposed) fail_msg("%s", r.reason);
     assert_true(r.visibility_start <= 0.05 && r.visibility_end >= 0.8);
     assert_true(r.world_nvert >= 2 * r.twin_nvert);
@@ -59,9 +59,9 @@ static void test_the_truth_is_hidden_from_the_twin(void** state) {
     scene.task.max_actions = 5;
     scene.world.tool_noise = 0;
     OmRetractResult a, b;
-    run(&scene, 0, NULL, &a);
+    run(&scene, 1, NULL, &a);
     scene.world.young_factor = 2;
-    run(&scene, 0, NULL, &b);
+    run(&scene, 1, NULL, &b);
     assert_true(a.hash != b.hash);
     assert_int_equal(a.nsample, b.nsample);
     double max = 0, apart = 0;
@@ -84,7 +84,7 @@ static void test_force_stops_a_pull(void** state) {
     scene.task.max_actions = 10;
     scene.task.visibility = 1.0;
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     int nstop = 0;
     bool has_slowed = false;
     for (int i = 0; i < r.naction; ++i) nstop += r.action[i].outcome == OM_ACTION_FORCE;
@@ -102,7 +102,7 @@ static void test_fold_after_a_force_stop(void** state) {
     scene.task.max_actions = 9;
     scene.task.visibility = 1.0;
     OmRetractResult r, m;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     int i = 0;
     while (i < r.naction && r.action[i].outcome != OM_ACTION_FORCE) ++i;
     assert_true(i + 1 < r.naction);
@@ -116,7 +116,7 @@ static void test_fold_after_a_force_stop(void** state) {
     // A margin makes the arms act as a lower threshold would.
     scene.task.force_threshold = 3;
     scene.task.force_margin = 2.92;
-    run(&scene, 0, NULL, &m);
+    run(&scene, 1, NULL, &m);
     assert_int_equal(m.nforce, r.nforce);
     assert_int_equal(m.naction, r.naction);
     assert_int_equal(m.nforce_world, 0);  // the truth stays below the threshold itself
@@ -129,7 +129,7 @@ static void test_both_forces_are_told(void** state) {
     (void)state;
     OmScene scene = easy_scene();
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     double twin = 0, truth = 0, more = 0;
     for (int i = 0; i < r.nsample; ++i) {
         twin = fmax(twin, r.sample[i].force);
@@ -165,7 +165,7 @@ static void test_exposed_is_held(void** state) {
     (void)state;
     OmScene scene = easy_scene();
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     assert_true(r.is_exposed);
     int nheld = 0;
     for (int i = r.nsample - 1; i >= 0 && r.sample[i].time > r.time - 0.5; --i, ++nheld)
@@ -250,7 +250,7 @@ static void test_what_cannot_be_done_is_an_answer(void** state) {
     OmScene scene = easy_scene();
     scene.attach.lo = om_vec3(-1, -1, -1);  // everything is attached
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     assert_false(r.is_exposed);
     assert_non_null(strstr(r.reason, "no plan is left"));
     om_retract_result_done(&r);
@@ -261,14 +261,14 @@ static void test_roi_in_view_at_the_start(void** state) {
     (void)state;
     OmScene scene = easy_scene();
     OmRetractResult r;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_EXPOSED);
     assert_true(r.is_exposed && r.is_settled && !r.has_slid);
     assert_true(r.twin_shift < 1e-3 && r.world_shift < 1e-3);  // a sheet on its board
     om_retract_result_done(&r);
     scene.roi.center = om_vec3(-0.059, -0.059, 0);  // three quarters of it lie beside the sheet
     scene.task.visibility = 0.4;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_IN_VIEW);
     assert_true(!r.is_exposed && !r.has_slid && r.naction == 0 && r.visibility_start >= 0.4);
     assert_non_null(strstr(r.reason, "before any action"));
@@ -277,7 +277,7 @@ static void test_roi_in_view_at_the_start(void** state) {
     scene = easy_scene();
     scene.tissue.has_board = false;
     scene.attach.lo.x = 0.04;
-    run(&scene, 0, NULL, &r);
+    run(&scene, 1, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_IN_VIEW);
     assert_true(!r.is_exposed && r.has_slid && r.twin_shift > 0.04 && r.world_shift > 0.04);
     assert_true(r.twin_shift < 0.12 && r.world_shift < 0.12);
@@ -294,7 +294,7 @@ static void test_output_is_whole(void** state) {
     OmScene scene = easy_scene();
     OmRetractResult r;
     for (int k = 0; k < 2; ++k) {  // the second run replaces the first
-        run(&scene, 0, out, &r);
+        run(&scene, 1, out, &r);
         om_retract_result_done(&r);
         for (int i = 0; i < 4; ++i) {
             snprintf(path, sizeof path, "%s/%s", out, file[i]);

@@ -452,12 +452,12 @@ static void test_acquisitions_of_several_grasps(void** state) {
     Rig g;
     OmScene scene = update_scene();
     scene.task.visibility = 1.5;  // no grasp exposes it
-    scene.task.max_actions = 40;
+    scene.task.max_actions = test_is_slow() ? 40 : 24;
     scene.believed.kind = OM_BELIEF_SAME;
     scene.roi.center = om_vec3(-0.01, 0.03, 0);
     rig_create(&g, scene);
     const OmUpdateDef never = {.timing = OM_UPDATE_WHEN_READY};
-    for (int keep = 1; keep <= 2; ++keep) {
+    for (int keep = test_is_slow() ? 1 : 2; keep <= 2; ++keep) {
         g.scene.update.keep = keep;
         Fake f = {.site = &g.twin_site, .kind = FAKE_REFUSE};
         Run run;
@@ -520,7 +520,7 @@ static void test_a_run_with_updates(void** state) {
     (void)state;
     OmScene scene = update_scene();
     scene.update.is_enabled = true;
-    scene.task.max_actions = 7;
+    scene.task.max_actions = test_is_slow() ? 7 : 4;
     char dir[] = "/tmp/om_update_XXXXXX", out[64], path[128], *text;
     size_t size;
     assert_non_null(mkdtemp(dir));
