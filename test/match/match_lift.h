@@ -51,7 +51,8 @@ static inline OmBody* lift(const OmScene* scene, const OmSite* site, double side
     return body;
 }
 
-static inline void begin(Rig* rig) {
+// The sites and the two lifts, without `match`.
+static inline void make_rig(Rig* rig) {
     memset(rig, 0, sizeof *rig);
     rig->scene = om_scene_default();
     rig->scene.tissue.cells = om_vec3(12, 12, 1);
@@ -62,10 +63,6 @@ static inline void begin(Rig* rig) {
     rig->scene.roi.center = om_vec3(0.03, 0, 0);
     assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->twin), OM_OK);
     assert_int_equal(om_site_build(&rig->scene, OM_SITE_WORLD, NULL, &rig->truth), OM_OK);
-    OmMatchDef def = om_match_default_def(&rig->scene, &rig->twin);
-    def.nhypothesis = 500;
-    assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
-    rig->view = om_match_view(rig->match);
     size_t size = 3 * sizeof(double) * (size_t)rig->twin.mesh.nvert;
     for (int k = 0; k < NCASE; ++k) {
         OmAcquisition* a = &rig->acq[k];
@@ -81,14 +78,37 @@ static inline void begin(Rig* rig) {
     }
 }
 
+// A rig of this program's own scans and positions; the sites are shared, made once a program.
+static inline void begin(Rig* rig) {
+    static Rig shared;
+    static bool is_made;
+    if (!is_made) make_rig(&shared);
+    is_made = true;
+    *rig = shared;
+    for (int k = 0; k < NCASE; ++k) {
+        const OmScan* from = &shared.acq[k].scan;
+        OmScan* scan = &rig->acq[k].scan;
+        assert_int_equal(om_scan_init(from->npoint, 0, scan), OM_OK);
+        memcpy(scan->x, from->x, 3 * sizeof(double) * (size_t)from->npoint);
+        scan->has_camera = from->has_camera;
+        scan->camera = from->camera;
+        size_t size = 3 * sizeof(double) * (size_t)rig->twin.mesh.nvert;
+        rig->x_twin[k] = malloc(size);
+        memcpy(rig->x_twin[k], shared.x_twin[k], size);
+        rig->acq[k].x_twin = rig->x_twin[k];
+    }
+    OmMatchDef def = om_match_default_def(&rig->scene, &rig->twin);
+    def.nhypothesis = 500;
+    assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
+    rig->view = om_match_view(rig->match);
+}
+
 static inline void end(Rig* rig) {
     for (int k = 0; k < NCASE; ++k) {
         om_scan_done(&rig->acq[k].scan);
         free(rig->x_twin[k]);
     }
     om_match_destroy(rig->match);
-    om_site_done(&rig->twin);
-    om_site_done(&rig->truth);
 }
 
 // The truth of the rig on the twin: x <= -5 mm of the underside.

@@ -25,6 +25,7 @@ static void begin(Rig* rig, int n, int npoint, int nworker) {
     memset(rig, 0, sizeof *rig);
     build_sheet(n, &rig->scene, &rig->site);
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
+    def.nhypothesis = 0;  // no update is made here
     assert_ok(om_match_create(&def, &rig->match));
     OmMatchLiveDef how = om_match_live_default_def(rig->match);
     how.nworker = nworker;
@@ -350,7 +351,7 @@ static void test_workers(void** state) {
     size_t size = 0;
     for (int k = 0; k < 2; ++k) {
         Rig rig;
-        begin(&rig, 12, 700, 1 + k);
+        begin(&rig, 8, 500, 1 + k);
         bend_rig(&rig, 1.2, 0.8);
         OmMatchPairs p;
         for (int run = k; run < 2;

@@ -253,7 +253,7 @@ static void test_memory(void** state) {
     (void)state;
     Rig rig;
     begin(&rig);
-    test_failing_allocations(update, &rig, 3);
+    test_failing_allocations(update, &rig, test_stride(7));
     end(&rig);
 }
 

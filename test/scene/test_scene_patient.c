@@ -73,7 +73,7 @@ static void test_round_trip(void** unused) {
     (void)unused;
     OmPatient p, q;
     OmModelReport r;
-    ball_patient(0.005, &p, &r);
+    ball_patient(0.006, &p, &r);
     snprintf(p.name, sizeof p.name, "fat \"over\": a \\ ball # \xc3\xa9");
     p.material[1] = (OmPatientMaterial){"gland, soft", 29, 15000, 0.49, 1020};
     p.nmaterial = 2;
@@ -383,14 +383,14 @@ static void test_scarce_memory(void** unused) {
     ball_patient(0.01, &task.patient, &task.report);
     assert_ok(om_patient_save(&task.patient, NULL, in_folder("ball")));
     snprintf(path, sizeof path, "%s", in_folder("ball/patient.yaml"));
-    int nload = test_failing_allocations(load_box, path, 1);
+    int nload = test_failing_allocations(load_box, path, test_stride(9));
     task.has_report = false;
-    int nsave = test_failing_allocations(save_task, &task, 1);
+    int nsave = test_failing_allocations(save_task, &task, test_stride(5));
     assert_ok(om_path_remove(in_folder("scarce")));
     task.has_report = true;  // pictures take a while: not every allocation
-    (void)test_failing_allocations(save_task, &task, 9);
+    (void)test_failing_allocations(save_task, &task, test_is_slow() ? 9 : 1000);
     om_patient_done(&task.patient);
-    assert_true(nload > 10 && nsave > 5);
+    assert_true(nload > 2 && nsave > 2);
 }
 
 static int make_folder(void** unused) {

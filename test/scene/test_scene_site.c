@@ -458,8 +458,8 @@ int main(void) {
         cmocka_unit_test(test_printed_scenes_read_again),
         cmocka_unit_test(test_example_and_keys),
         cmocka_unit_test(test_world_mesh_follows_the_twin),
-        cmocka_unit_test(test_world_edge_is_derived),
-        cmocka_unit_test(test_kidney),
+        cmocka_slow_test(test_world_edge_is_derived),
+        cmocka_slow_test(test_kidney),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -409,6 +409,30 @@ static void put_ball(OmSite* site, double* x, double* n) {
     }
 }
 
+// A quarter of the ROI's points face away from the camera: all that can be seen is seen, and that is three quarters.
+static void test_a_roi_that_no_camera_sees_whole(void** state) {
+    (void)state;
+    static double x[3 * NBALL], n[3 * NBALL];
+    OmScene scene = half_held();
+    OmSite site;
+    OmView* view;
+    OmWorldPicture picture = {0};
+    double share;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    put_ball(&site, x, n);
+    for (int i = 0; i < NBALL; i += 4) om_store3(n, i, om_scale(-1, om_load3(n, i)));
+    picture.camera = om__world_camera(&site, &scene.endoscope, -1);
+    const OmWindow whole = {0, 0, picture.camera.width, picture.camera.height};
+    assert_ok(om__view_create(&picture.camera, &site, &view));
+    assert_ok(om__view_render_bare(view, whole, &picture.color));
+    assert_ok(om_roi_visibility(&picture, &site, &share));
+    assert_near(share, 0.75, 0.01);
+    om_picture_done(&picture.color);
+    om_view_destroy(view);
+    site.roi_x = site.roi_n = NULL;
+    om_site_done(&site);
+}
+
 // On a ball, whose far side has few pixels, half of the ROI is measured by its area.
 static void test_visibility_on_an_organ(void** state) {
     (void)state;
@@ -609,6 +633,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_of_lifted_tissue),
         cmocka_unit_test(test_visibility_by_colour),
         cmocka_unit_test(test_visibility_of_painted_pictures),
+        cmocka_unit_test(test_a_roi_that_no_camera_sees_whole),
         cmocka_unit_test(test_visibility_on_an_organ),
         cmocka_unit_test(test_anatomy_and_distance_are_left_out),
         cmocka_unit_test(test_tools_stand_at_the_measured_tip),
