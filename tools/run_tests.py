@@ -142,7 +142,7 @@ class Outcome:
 
 
 def run_all(chosen, jobs, before):
-    """Outcomes, in the order in which the tests ended."""
+    """Outcomes, in the order of `chosen`."""
     todo = sorted(chosen, key=lambda pair: -before.get(pair[0].name, {"wall": 1}).get("wall", 1))
     todo.reverse()
     done, lock = [], threading.Lock()
@@ -167,7 +167,8 @@ def run_all(chosen, jobs, before):
         worker.start()
     for worker in workers:
         worker.join()
-    return done
+    order = {test.name: index for index, (test, _) in enumerate(chosen)}
+    return sorted(done, key=lambda outcome: order[outcome.test.name])
 
 
 def hold_limit(outcomes, limit, allowed):
