@@ -31,7 +31,18 @@ static void forget_truth(OmScene* s) {
     s->world = none.world;
 }
 
-OmStatus om__scene_print_whole(const OmScene* scene, bool has_truth, OmText* text) {
+// Does the folder `full` hold the folder `dir`?
+static bool is_parent(const char* full, const char* dir) {
+    char above[OM_SCENE_PATH];
+    if (!dir || om_path_dir(dir, above, sizeof above) < 0) return false;
+    char* parent = realpath(above, NULL);
+    const bool is = parent && strcmp(parent, full) == 0;
+    free(parent);
+    return is;
+}
+
+OmStatus om__scene_print_whole(const OmScene* scene, bool has_truth, const char* out_dir,
+                               OmText* text) {
     OmScene* copy = om_alloc(1, sizeof *copy);
     if (!copy) return OM_NO_MEMORY;
     *copy = *scene;
@@ -39,6 +50,8 @@ OmStatus om__scene_print_whole(const OmScene* scene, bool has_truth, OmText* tex
     if (!has_truth) forget_truth(copy);
     char* full = realpath(scene->data_root[0] ? scene->data_root : ".", NULL);
     if (full && strlen(full) < sizeof copy->data_root) strcpy(copy->data_root, full);
+    // record and data may be moved together; the demo writes both under a temporary name
+    if (full && is_parent(full, out_dir)) strcpy(copy->data_root, "..");
     free(full);
     OmStatus status = om_scene_print(copy, false, text);
     om_free(copy);

@@ -32,8 +32,8 @@ static OmStatus read_texts(const OmRetractDef* def, const Replay* replay, Journa
     size_t size;
     if (def->program) OM_TRY(om_file_read(def->program, MAX_PROGRAM, &j->program, &size));
     if (replay) return om_text_append(&j->belief, "%s", replay->belief);
-    OM_TRY(om__scene_print_whole(def->scene, true, &j->scene));
-    return om__scene_print_whole(def->scene, false, &j->belief);
+    OM_TRY(om__scene_print_whole(def->scene, true, def->out_dir, &j->scene));
+    return om__scene_print_whole(def->scene, false, def->out_dir, &j->belief);
 }
 
 // ---- creation ------------------------------------------------------------------------------------------------

@@ -205,15 +205,25 @@ static void test_the_belief_holds_no_truth(void** state) {
     b.world.young_factor = 0.5, b.world.tool_noise = 0, b.world.law = OM_NEO_HOOKEAN;
     b.tissue.world_cells = om_vec3(12, 12, 1);
     OmText ta = {0}, tb = {0};
-    assert_ok(om__scene_print_whole(&a, false, &ta));
-    assert_ok(om__scene_print_whole(&b, false, &tb));
+    assert_ok(om__scene_print_whole(&a, false, NULL, &ta));
+    assert_ok(om__scene_print_whole(&b, false, NULL, &tb));
     assert_string_equal(ta.str, tb.str);
     om_text_done(&tb);
     b.task.max_height = 0.04;  // known to the robot
-    assert_ok(om__scene_print_whole(&b, false, &tb));
+    assert_ok(om__scene_print_whole(&b, false, NULL, &tb));
     assert_string_not_equal(ta.str, tb.str);
     om_text_done(&ta);
     om_text_done(&tb);
+    // data beside the record: the folder that holds both may be moved
+    strcpy(b.data_root, "/usr");
+    static const char* const out_dir[] = {"/usr/run", "/usr/lib/run", "/run", NULL};
+    for (int k = 0; k < 4; ++k) {
+        tb = (OmText){0};
+        assert_ok(om__scene_print_whole(&b, false, out_dir[k], &tb));
+        assert_int_equal(strstr(tb.str, "data_root: \"..\"") != NULL, k == 0);
+        assert_int_equal(strstr(tb.str, "data_root: \"/usr\"") != NULL, k > 0);
+        om_text_done(&tb);
+    }
     // the complete scene is not read
     OmReplayResult r;
     record_run(&a, "blind");
@@ -324,7 +334,7 @@ static void test_commands_of_a_person_are_given_again(void** state) {
     OmReplayResult r;
     rig_create(&g, object_scene());
     assert_ok(om_path_make_dir(path_of("person", "")));
-    assert_ok(om__scene_print_whole(&g.scene, false, &text));
+    assert_ok(om__scene_print_whole(&g.scene, false, NULL, &text));
     assert_ok(om_file_write(path_of("person", "belief.yaml"), text.str, text.len));
     assert_ok(om__belief_save(&g.twin_site, path_of("person", "belief.h5")));
     assert_ok(om_world_create_recorded(g.world, path_of("person", "observations.log"), &world));
