@@ -308,7 +308,7 @@ static OmStatus tell(const Study* s) {
         run_seconds += SECONDS_ELEMENT * s->run[i].resolution;
         ++nrun;
     }
-    const double truth_seconds = SECONDS_TRUTH * pow(def->truth_ntet / 4000.0, 1.8);
+    const double truth_seconds = SECONDS_TRUTH * pow(def->truth_ntet / 4000.0, 1.6);
     const StudyWork work[] = {{"truths", ntruth, truth_seconds, true},
                               {"runs", nrun, nrun ? run_seconds / nrun : 0, true}};
     return om__study_estimate_tell(work, 2, def->nworker, s->progress);

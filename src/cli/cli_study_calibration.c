@@ -32,7 +32,8 @@ static void make_quick(OmStudyCalibrationDef* def) {
     def->max_generations = 2;
     def->max_local = 10;
     def->has_sensitivity = false;
-    def->truth_ntet = def->gel_truth_ntet = 2000;
+    def->truth_ntet = 1000;
+    def->gel_truth_ntet = 2000;
     def->fe_ntet = 1363;
     def->contact_ntri = 2000;
 }
