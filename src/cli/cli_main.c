@@ -12,7 +12,7 @@ static void print_help(FILE* out) {
     fprintf(out, "omentum: patient-specific simulation of soft tissue for autonomous surgery\n\n"
                  "Usage: omentum VERB [options]\n\n");
     for (int k = 0; (v = om_cli_verb_at(k)); ++k)
-        if (!strchr(v->name, ' ')) fprintf(out, "  %-10s %s\n", v->name, v->summary);
+        if (!strchr(v->name, ' ')) fprintf(out, "  %-16s %s\n", v->name, v->summary);
     fprintf(
         out,
         "\n  omentum help VERB          options and examples of a verb, as omentum VERB --help\n"

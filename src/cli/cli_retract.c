@@ -3,11 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "cli_acting.h"
-#include "cli_common.h"
-#include "cli_supervise.h"
-#include "omentum/defras.h"
-#include "omentum/defras_replay.h"
+#include "cli_retract.h"
 #include "omentum/umesh_net.h"
 
 #define AHEAD_POINTS 3  // grasping points that --defras tries in the twin before a new plan
@@ -20,15 +16,6 @@ static const OmCliOption option[] = {
     {"--program", NULL, "FILE", "a logic program instead of the built-in one"},
     {"--force-threshold", NULL, "N", "largest force on the tissue, without a margin",
      "the scene's, with its margin", "N", 1e-3, 1e3},
-    {"--calibrate-force", NULL, NULL,
-     "measure the scene's force threshold instead of running it (6.5.1)"},
-    {"--calibrate-mesh", NULL, NULL,
-     "measure the scene's mesh_factor instead of running it: how much too stiffly its mesh bends"},
-    {"--search", NULL, NULL,
-     "try every sequence of actions on the simulated truth: can the ROI be exposed at all?"},
-    {"--first", NULL, "K", "with --layouts: the first layout", "1", NULL, 0, 1000000},
-    {"--layouts", NULL, "N", "run N layouts, each in its own folder; of the calibration", "17",
-     NULL, 1, 10000},
     {"--dry-run", NULL, NULL, "check the scene, print its sizes, memory and time, and end"},
     {"--example", NULL, NULL, "print a complete scene that runs, with every key, and end"},
     {"--print-scene", NULL, NULL, "print the scene with all defaults filled in, and end"},
@@ -49,9 +36,7 @@ static const OmCliOption option[] = {
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
     {"--record", NULL, NULL,
-     "write all that the robot observes to DIR/observations.log, for --replay"},
-    {"--replay", NULL, "DIR",
-     "decide again from the observations in DIR, and compare with its audit.jsonl; with -o the audit is written there"},
+     "write all that the robot observes to DIR/observations.log, for omentum replay"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -75,30 +60,7 @@ static const OmCliKey result_key[] = {
     {"warnings", "times that the warning state rose to 1 or above"},
     {"mu_max_mm", "largest discrepancy of the twin, while tissue was held"},
     {"observations_bytes", "size of observations.log, with --record"},
-    {"same", "with --replay: 1 if all lines of the audit are the same, otherwise 0"},
-    {"lines", "of the audit, with --replay"},
-    {"layouts", "run with --layouts, or measured"},
-    {"exposed", "of these layouts; of the sequences with --search"},
-    {"force_threshold_n", "measured with --calibrate-force"},
-    {"force_margin_n", "the same"},
-    {"mesh_factor", "measured with --calibrate-mesh"},
 };
-
-typedef struct Settings {
-    OmScene scene;
-    OmEngineSet engines;  // that the scene may name: those of the library, and the trained network
-    const char *out, *program;
-    int nlayout;  // 0: one run
-    int first;    // layout of several
-    int nworker;
-    bool is_quiet;
-    bool records_acquisitions, records_observations;
-    bool is_defras, has_preplan, needs_approval, has_both_arms;
-    OmPreplan preplan;
-    OmCliPerson person;
-    OmCliActing acting;
-    bool needs_scene;  // false: only a text is wanted
-} Settings;
 
 // Print the pull on the tissue by the twin's estimate and in the truth, and the limit.
 static void print_force(const OmScene* scene, const OmRetractResult* r) {
@@ -154,8 +116,8 @@ static void print_recorded(const char* dir) {
         om_file_open(path, &file, &size) < 0)
         return;
     fclose(file);
-    printf("  observations: %s, %.1f MB; omentum retract --replay %s decides again from them\n",
-           path, 1e-6 * (double)size, dir);
+    printf("  observations: %s, %.1f MB; omentum replay %s decides again from them\n", path,
+           1e-6 * (double)size, dir);
     om_cli_figure("observations_bytes", (double)size);
 }
 
@@ -216,7 +178,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_path(dir);
 }
 
-static OmRetractDef make_def(Settings* s, const char* dir) {
+OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
     OmRetractDef def = om_retract_default_def(&s->scene);
     def.out_dir = dir;
     def.program = s->program;
@@ -234,9 +196,7 @@ static OmRetractDef make_def(Settings* s, const char* dir) {
     return def;
 }
 
-// The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
-// trials.
-static OmStatus plan_before(Settings* s, const char* dir, char* trials, size_t size) {
+OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, size_t size) {
     if (!s->is_defras || s->has_preplan) return OM_OK;
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
@@ -249,10 +209,10 @@ static OmStatus plan_before(Settings* s, const char* dir, char* trials, size_t s
     return OM_OK;
 }
 
-static int run(Settings* s) {
+static int run(OmCliRetract* s) {
     char trials[1200] = "";
-    OmStatus status = plan_before(s, s->out, trials, sizeof trials);
-    OmRetractDef def = make_def(s, s->out);
+    OmStatus status = om_cli_retract_plan(s, s->out, trials, sizeof trials);
+    OmRetractDef def = om_cli_retract_def(s, s->out);
     OmRetractResult result;
     if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
     if (status < 0) return om_cli_fail_trials("retract", status, trials);
@@ -266,9 +226,9 @@ static int run(Settings* s) {
 }
 
 // Everything a run does before its first action, and what the rest would take.
-static int dry_run(Settings* s) {
+static int dry_run(OmCliRetract* s) {
     const OmScene* scene = &s->scene;
-    OmRetractDef def = make_def(s, s->out);
+    OmRetractDef def = om_cli_retract_def(s, s->out);
     OmRetractEstimate e;
     OmStatus status = om_retract_check(&def, om_cli_progress(s->is_quiet), &e);
     if (status < 0) return om_cli_fail("retract", status);
@@ -298,138 +258,8 @@ static int dry_run(Settings* s) {
     return OM_EXIT_OK;
 }
 
-// Search whether any sequence of actions exposes the layout; print a line.
-static int search(const Settings* s) {
-    static const char* const fold[OM_PLAN_NVERB] = {[OM_PLAN_MOVE_ROI] = ", folded towards the ROI",
-                                                    [OM_PLAN_MOVE_AWAY] =
-                                                        ", folded away from the camera"};
-    const OmScene* scene = &s->scene;
-    OmSearchResult r;
-    OmStatus status = om_retract_search(scene, scene->task.force_threshold, s->nworker,
-                                        om_cli_progress(s->is_quiet), &r);
-    if (status < 0) return om_cli_fail("retract", status);
-    om_cli_progress_done();
-    om_cli_figure("layout", scene->seed);
-    om_cli_figure("exposed", r.nexposed);
-    printf("%s, layout %d: %d of %d sequences of %d grasps expose the ROI", scene->name,
-           scene->seed, r.nexposed, r.nsequence, r.ngrasp);
-    if (r.block >= 0) {
-        int n = scene->task.grid;
-        printf("; largest visibility: %.0f %%, block (%d,%d) lifted%s%s, %.2f N",
-               100 * r.visibility, r.block % n + 1, r.block / n + 1,
-               fold[r.first] ? fold[r.first] : "", fold[r.second] ? fold[r.second] : "", r.force);
-    }
-    printf("\n");
-    return r.nexposed > 0 ? OM_EXIT_OK : OM_EXIT_FAILED;
-}
-
-// Layouts FIRST to FIRST + N - 1, a line each. A layout that cannot be run stops the rest; those before it are kept.
-static int run_layouts(Settings* s) {
-    char dir[OM_SCENE_PATH];
-    int nexposed = 0;
-    double twin_ms = 0, pace = 0;
-    for (int k = s->first; k < s->first + s->nlayout; ++k) {
-        char name[32], trials[1200] = "";
-        snprintf(name, sizeof name, "layout-%02d", k);
-        OmStatus status = om_path_join(s->out, name, dir, sizeof dir);
-        s->scene.seed = k;
-        s->has_preplan = false;
-        if (status == OM_OK) status = plan_before(s, dir, trials, sizeof trials);
-        OmRetractDef def = make_def(s, dir);
-        OmRetractResult r;
-        if (status == OM_OK) status = om_path_make_dir(s->out);
-        if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &r);
-        if (status < 0) return om_cli_fail_trials("retract", status, trials);
-        if (trials[0]) (void)om_path_remove(trials);
-        om_cli_progress_done();
-        char by_twin[32] = "not known to the twin";
-        if (isfinite(r.force_max))
-            snprintf(by_twin, sizeof by_twin, "%.2f N by the twin", r.force_max);
-        printf("%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %s, %.2f N in "
-               "the truth  %s\n",
-               k,
-               r.is_exposed                      ? "exposed"
-               : r.outcome == OM_RETRACT_IN_VIEW ? "in view"
-                                                 : "hidden",
-               100 * r.visibility_start, 100 * r.visibility_end, r.naction, r.time, by_twin,
-               r.force_world_max, r.reason);
-        fflush(stdout);
-        nexposed += r.is_exposed;
-        twin_ms += r.twin_step_ms / s->nlayout;
-        pace += r.time / r.wall_time / s->nlayout;
-        om_retract_result_done(&r);
-    }
-    om_cli_figure("layouts", s->nlayout);
-    om_cli_figure("exposed", nexposed);
-    om_cli_path(s->out);
-    printf("%s: %d of %d layouts exposed; a twin step %.2f ms; %.1f x real time; reports in "
-           "%s/layout-*\n",
-           s->scene.name, nexposed, s->nlayout, twin_ms, pace, s->out);
-    return nexposed == s->nlayout ? OM_EXIT_OK : OM_EXIT_FAILED;
-}
-
-// Decide again from the observations of a recorded run. Exit code 1: another decision; both are printed.
-static int replay(const OmCliArgs* args) {
-    Settings s = {.is_quiet = om_cli_get(args, "--quiet") != NULL};
-    OmReplayDef def = om_replay_default_def(om_cli_get(args, "--replay"));
-    OmReplayResult r;
-    OmEngineSet engines = om_engine_set_default();
-    OmStatus status = om_engine_set_add(&engines, om_umesh_engine());
-    def.path = om_cli_get(args, "--output");
-    def.engines = &engines;
-    if (status == OM_OK) status = om_cli_int(args, "--workers", &def.nworker);
-    if (status == OM_OK) status = om_retract_replay(&def, om_cli_progress(s.is_quiet), &r);
-    if (status < 0) return om_cli_fail("retract", status);
-    om_cli_progress_done();
-    printf("%s\n", r.reason);
-    if (r.line) printf("the run:\n%s\nthe replay:\n%s\n", r.was, r.now);
-    om_cli_figure("same", r.is_same);
-    om_cli_figure("lines", r.nline);
-    om_cli_reason(r.reason);
-    int code = r.is_same ? OM_EXIT_OK : OM_EXIT_FAILED;
-    om_replay_result_done(&r);
-    return code;
-}
-
-static int calibrate(const Settings* s) {
-    OmForceCalibration c;
-    int nlayout = s->nlayout ? s->nlayout : 17;
-    OmStatus status = om_retract_calibrate_force(&s->scene, nlayout, s->nworker,
-                                                 om_cli_progress(s->is_quiet), &c);
-    if (status < 0) return om_cli_fail("retract", status);
-    om_cli_progress_done();
-    om_cli_figure("layouts", nlayout);
-    om_cli_figure("force_threshold_n", c.threshold);
-    om_cli_figure("force_margin_n", c.margin);
-    printf(
-        "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f, "
-        "cut off at twice the threshold)\n"
-        "force_threshold: %.2f  # N, twice the median\n"
-        "force_margin: %.2f  # N, 95 %% quantile of truth less twin at %d instants; median %.2f N\n",
-        s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
-        c.threshold, c.margin, c.npair, c.more_median);
-    return OM_EXIT_OK;
-}
-
-static int calibrate_mesh(const Settings* s) {
-    OmSite site = {0};
-    double factor;
-    OmStatus status = om_site_build(&s->scene, OM_SITE_TWIN, om_cli_progress(s->is_quiet), &site);
-    if (status == OM_OK) status = om_body_find_mesh_factor(&site, &factor);
-    om_cli_progress_done();
-    if (status >= 0) {
-        om_cli_figure("mesh_factor", factor);
-        printf("%s: under its own weight the twin's mesh of %d tetrahedra yields "
-               "%.0f %% as much as the same mesh refined\n"
-               "mesh_factor: %.2f  # under `tissue:`, the twin's modulus over that of the tissue\n",
-               s->scene.name, site.mesh.ntet, 100 * factor, factor);
-    }
-    om_site_done(&site);
-    return status < 0 ? om_cli_fail("retract", status) : OM_EXIT_OK;
-}
-
 // What needs no run: a scene's text, an example, or the page of all keys.
-static int print_text(const OmCliArgs* args, Settings* s) {
+static int print_text(const OmCliArgs* args, OmCliRetract* s) {
     OmText text = {0};
     OmStatus status = OM_OK;
     if (om_cli_get(args, "--example")) {
@@ -449,58 +279,66 @@ static int print_text(const OmCliArgs* args, Settings* s) {
     return status < 0 ? om_cli_fail("retract", status) : OM_EXIT_OK;
 }
 
-static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
+// The argument of an option that this verb may lack.
+static const char* get(const OmCliArgs* args, const char* name) {
+    bool is_known = om_cli_find_option(args->option, args->noption, name, strlen(name)) != NULL;
+    return is_known ? om_cli_get(args, name) : NULL;
+}
+
+static OmStatus get_int(const OmCliArgs* args, const char* name, int* value) {
+    return get(args, name) ? om_cli_int(args, name, value) : OM_OK;
+}
+
+static OmStatus read_settings(const OmCliArgs* args, bool needs_folder, OmCliRetract* s) {
     int npositional;
     OM_TRY(om_cli_check(args, 1, &npositional));
-    s->needs_scene = !om_cli_get(args, "--example") && !om_cli_get(args, "--keys") &&
-                     !om_cli_get(args, "--replay");
+    s->needs_scene = !get(args, "--example") && !get(args, "--keys");
     if (!s->needs_scene) {
         OM_CHECK(npositional == 0, OM_INVALID, "\"%s\" is one argument too many",
                  om_cli_positional(args, 0));
         return OM_OK;
     }
-    OM_CHECK(npositional == 1, OM_INVALID, "no scene is given; see omentum retract --help");
-    s->out = om_cli_get(args, "--output");
-    s->program = om_cli_get(args, "--program");
-    s->is_quiet = om_cli_get(args, "--quiet") != NULL;
-    s->records_acquisitions = om_cli_get(args, "--record-acquisitions") != NULL;
-    s->is_defras = om_cli_get(args, "--defras") != NULL;
-    s->person.reads = om_cli_get(args, "--supervise") != NULL;
-    s->person.is_paced = om_cli_get(args, "--real-time") != NULL;
-    s->needs_approval = om_cli_get(args, "--approve") != NULL;
-    s->has_both_arms = om_cli_get(args, "--both-arms") != NULL;
+    OM_CHECK(npositional == 1, OM_INVALID, "no scene is given; see omentum %s --help", s->verb);
+    s->out = get(args, "--output");
+    s->program = get(args, "--program");
+    s->is_quiet = get(args, "--quiet") != NULL;
+    s->records_acquisitions = get(args, "--record-acquisitions") != NULL;
+    s->is_defras = get(args, "--defras") != NULL;
+    s->person.reads = get(args, "--supervise") != NULL;
+    s->person.is_paced = get(args, "--real-time") != NULL;
+    s->needs_approval = get(args, "--approve") != NULL;
+    s->has_both_arms = get(args, "--both-arms") != NULL;
     OM_CHECK(s->person.reads || !s->needs_approval, OM_INVALID, "--approve needs --supervise");
-    s->records_observations = om_cli_get(args, "--record") != NULL;
+    s->records_observations = get(args, "--record") != NULL;
     s->first = 1;
-    OM_TRY(om_cli_int(args, "--layouts", &s->nlayout));
-    OM_TRY(om_cli_int(args, "--first", &s->first));
-    OM_TRY(om_cli_int(args, "--workers", &s->nworker));
-    bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search") &&
-                      !om_cli_get(args, "--calibrate-mesh") && !om_cli_get(args, "--print-scene") &&
-                      !om_cli_get(args, "--dry-run");
-    OM_CHECK(!om_cli_get(args, "--search") || !om_cli_get(args, "--update"), OM_INVALID,
-             "--search has no updates; leave out --update");
-    OM_CHECK(s->out || !has_folder, OM_INVALID, "no output folder is given; add -o DIR");
+    s->nlayout = 17;
+    OM_TRY(get_int(args, "--count", &s->nlayout));
+    OM_TRY(get_int(args, "--first", &s->first));
+    OM_TRY(get_int(args, "--workers", &s->nworker));
+    bool is_run = needs_folder && !get(args, "--print-scene") && !get(args, "--dry-run");
+    OM_CHECK(s->out || !is_run, OM_INVALID, "no output folder is given; add -o DIR");
     return OM_OK;
 }
 
-static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
+static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
     const OmTissueEngine* engine;
     OM_TRY(om_scene_load(om_cli_positional(args, 0), &s->scene));
     s->engines = om_engine_set_default();
     OM_TRY(om_engine_set_add(&s->engines, om_umesh_engine()));
     s->scene.engines = &s->engines;
     OM_TRY(om_body_find_engine(&s->scene, OM_SITE_TWIN, &engine));
-    const char* data = om_cli_get(args, "--data");
+    const char* data = get(args, "--data");
     if (data) {
         OM_CHECK(strlen(data) < sizeof s->scene.data_root, OM_INVALID,
                  "option --data: path too long");
         strcpy(s->scene.data_root, data);
     }
-    OM_TRY(om_cli_int(args, "--layout", &s->scene.seed));
-    if (om_cli_get(args, "--update")) s->scene.update.is_enabled = true;
-    if (om_cli_get(args, "--force-threshold")) s->scene.task.force_margin = 0;
-    OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
+    OM_TRY(get_int(args, "--layout", &s->scene.seed));
+    if (get(args, "--update")) s->scene.update.is_enabled = true;
+    if (get(args, "--force-threshold")) {
+        s->scene.task.force_margin = 0;
+        OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
+    }
     if (s->is_defras) {
         s->scene.monitor.is_enabled = s->scene.update.is_enabled = true;
         s->scene.update.learns_modulus_by_shape = om_engine_uses(engine, "young");
@@ -508,35 +346,57 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
         if (strcmp(s->scene.update.network, "none") == 0)
             strcpy(s->scene.update.network, "installed");
     }
-    const char* plan = om_cli_get(args, "--plan");
-    OM_CHECK(!plan || s->nlayout == 0, OM_INVALID, "--plan is for one layout; leave out --layouts");
+    const char* plan = get(args, "--plan");
     s->has_preplan = plan != NULL;
-    const char* acting = om_cli_get(args, "--acting");
+    const char* acting = get(args, "--acting");
     OM_CHECK(!acting || !s->records_observations, OM_INVALID,
              "--acting: a run by a policy cannot be replayed; leave out --record");
     if (acting) OM_TRY(om_cli_acting_load(acting, &s->acting));
     return plan ? om_preplan_load(plan, &s->preplan) : OM_OK;
 }
 
-int om_cli_retract(int argc, char** argv) {
-    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    Settings s = {0};
-    if (read_settings(&args, &s) < 0) {
-        fprintf(stderr, "omentum retract: %s\n", om_error_message());
+int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract* s) {
+    if (read_settings(args, needs_folder, s) < 0) {
+        fprintf(stderr, "omentum %s: %s\n", s->verb, om_error_message());
         return OM_EXIT_USAGE;
     }
-    if (om_cli_get(&args, "--replay")) return replay(&args);
-    if (!s.needs_scene) return print_text(&args, &s);
-    OmStatus status = read_scene(&args, &s);
-    const char* const input[] = {om_cli_positional(&args, 0), s.program};
-    if (status == OM_OK) status = om_cli_check_apart(s.out, input, 2);
-    if (status < 0) return om_cli_fail("retract", status);
-    if (om_cli_get(&args, "--print-scene")) return print_text(&args, &s);
+    if (!s->needs_scene) return OM_EXIT_OK;
+    OmStatus status = read_scene(args, s);
+    const char* const input[] = {om_cli_positional(args, 0), s->program};
+    if (status == OM_OK) status = om_cli_check_apart(s->out, input, 2);
+    return status < 0 ? om_cli_fail(s->verb, status) : OM_EXIT_OK;
+}
+
+// Options that are commands now: say so.
+static bool is_moved(int argc, char** argv) {
+    static const char* const moved[][2] = {{"--calibrate-force", "calibrate-force SCENE.yaml"},
+                                           {"--calibrate-mesh", "calibrate-mesh SCENE.yaml"},
+                                           {"--search", "search SCENE.yaml"},
+                                           {"--replay", "replay DIR"},
+                                           {"--layouts", "layouts SCENE.yaml --count N -o DIR"},
+                                           {"--first", "layouts SCENE.yaml --first K -o DIR"}};
+    for (int i = 1; i < argc; ++i)
+        for (size_t k = 0; k < sizeof moved / sizeof *moved; ++k) {
+            size_t len = strlen(moved[k][0]);
+            bool is_it = strncmp(argv[i], moved[k][0], len) == 0 &&
+                         (argv[i][len] == 0 || argv[i][len] == '=');
+            if (!is_it) continue;
+            fprintf(stderr, "omentum retract: %s is a command of its own: omentum %s\n",
+                    moved[k][0], moved[k][1]);
+            return true;
+        }
+    return false;
+}
+
+int om_cli_retract(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    OmCliRetract s = {.verb = "retract"};
+    if (is_moved(argc, argv)) return OM_EXIT_USAGE;
+    int code = om_cli_retract_begin(&args, true, &s);
+    if (code != OM_EXIT_OK) return code;
+    if (!s.needs_scene || om_cli_get(&args, "--print-scene")) return print_text(&args, &s);
     if (om_cli_get(&args, "--dry-run")) return dry_run(&s);
-    if (om_cli_get(&args, "--calibrate-force")) return calibrate(&s);
-    if (om_cli_get(&args, "--calibrate-mesh")) return calibrate_mesh(&s);
-    if (om_cli_get(&args, "--search")) return search(&s);
-    int code = s.nlayout ? run_layouts(&s) : run(&s);
+    code = run(&s);
     om_cli_acting_done(&s.acting);
     return code;
 }
@@ -558,20 +418,14 @@ const OmCliVerb om_cli_verb_retract = {
         "  omentum retract scenes/sheet.yaml -o out/sheet\n"
         "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
         "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
-        "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
-        "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
-        "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
         "  omentum retract scenes/sheet.yaml --acting weights/approach.safetensors -o out/policy\n"
         "  omentum retract scenes/belief.yaml --update -o out/belief\n"
         "  omentum retract scenes/belief.yaml --defras -o out/defras\n"
         "  omentum retract scenes/belief.yaml --defras --supervise --approve --real-time -o out/watched\n"
         "  omentum retract scenes/belief.yaml --defras --record -o out/recorded\n"
-        "  omentum retract --replay out/recorded\n"
         "  omentum retract scenes/sheet.yaml --dry-run\n"
         "  omentum retract --example > my.yaml\n"
-        "  omentum retract scenes/kidney.yaml --print-scene\n"
-        "  omentum retract scenes/sheet.yaml --calibrate-force\n"
-        "  omentum retract scenes/sheet.yaml --calibrate-mesh",
+        "  omentum retract scenes/kidney.yaml --print-scene",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -60,7 +60,7 @@ static const OmYamlField tissue_field[] = {
      .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
     {"mesh_factor", OM_YAML_DOUBLE, AT(OmSceneTissue, mesh_factor), .min = 0.01, .max = 1,
      .help = "the twin's modulus over `young`, since coarse elements bend too stiffly; "
-             "omentum retract --calibrate-mesh measures it"},
+             "omentum calibrate-mesh measures it"},
     // the numbers that can be calibrated are at the end: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
      .help = "Young's modulus; left out on a patient or a volume: its own materials"},
@@ -252,8 +252,7 @@ static const OmYamlField task_field[] = {
      .help = "grasping points along a side: grid x grid blocks"},
     {"force_threshold", OM_YAML_DOUBLE, AT(OmSceneTask, force_threshold), .min = 1e-3, .max = 1000,
      .unit = "N",
-     .help =
-         "epsilon: the pull that the tissue may bear; omentum retract --calibrate-force measures it"},
+     .help = "epsilon: the pull that the tissue may bear; omentum calibrate-force measures it"},
     {"force_margin", OM_YAML_DOUBLE, AT(OmSceneTask, force_margin), .min = 0, .max = 1000,
      .unit = "N",
      .help = "by which the truth may exceed the twin: the arms act at force_threshold less this"},

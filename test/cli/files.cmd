@@ -100,7 +100,7 @@ exit 0
 out ^pressed\.vtu$
 
 # A layout that is stopped: those before it stay.
-$ omentum retract small.yaml --layouts 2 -q -o layouts; ls -A layouts
+$ omentum layouts small.yaml --count 2 -q -o layouts; ls -A layouts
 exit 0
 out ^layout-01$
 out ^layout-02$

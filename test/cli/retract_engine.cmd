@@ -16,7 +16,7 @@ exit 3
 err engine "pbd" has no forces in newtons.*watch_force: false.*fem, xpbd, springs
 err-lines 1
 
-$ omentum retract blind.yaml -q --calibrate-force --layouts 1
+$ omentum calibrate-force blind.yaml -q --count 1
 exit 3
 err engine "pbd" has no forces in newtons to calibrate
 

@@ -41,9 +41,26 @@ $ omentum retract small.yaml
 exit 2
 err add -o DIR
 
-$ omentum retract small.yaml --search --update
+$ omentum search small.yaml --update
 exit 2
-err --search has no updates; leave out --update
+err --update
+
+# Options that are commands now.
+$ omentum retract small.yaml --search
+exit 2
+err --search is a command of its own: omentum search SCENE.yaml
+$ omentum retract small.yaml --layouts=3 -o out
+exit 2
+err omentum layouts SCENE.yaml --count N -o DIR
+$ omentum retract --replay run
+exit 2
+err omentum replay DIR
+$ omentum retract small.yaml --calibrate-force
+exit 2
+err omentum calibrate-force SCENE.yaml
+$ omentum retract small.yaml --calibrate-mesh
+exit 2
+err omentum calibrate-mesh SCENE.yaml
 
 $ omentum retract -o out
 exit 2

@@ -1,4 +1,4 @@
-# omentum retract --record, --replay, --acting: the decisions again from the observations alone; motions of a policy.
+# omentum retract --record, --acting; omentum replay: the decisions again from the observations alone; motions of a policy.
 copy small.yaml
 
 # Reaches and pulls by a policy: another way of the tips, the same outcome. A policy of another task is refused.
@@ -18,17 +18,17 @@ no-file wrong
 # Recorded, decided again from the observations alone, and with a changed line.
 $ omentum retract small.yaml -q --record -o recorded
 exit 0
-out ^  observations: recorded/observations\.log, 0\.\d MB; omentum retract --replay recorded decides again from them$
-$ omentum retract -q --replay recorded -o recorded-again.jsonl && cmp recorded/audit.jsonl recorded-again.jsonl
+out ^  observations: recorded/observations\.log, 0\.\d MB; omentum replay recorded decides again from them$
+$ omentum replay -q recorded -o recorded-again.jsonl && cmp recorded/audit.jsonl recorded-again.jsonl
 exit 0
 out ^recorded: decided again from its observations: all \d+ lines are the same, 1 plans in \d\.\d s$
 no-err
-$ sed -i '3s/psm1/psm2/' recorded/audit.jsonl && omentum retract -q --replay recorded
+$ sed -i '3s/psm1/psm2/' recorded/audit.jsonl && omentum replay -q recorded
 exit 1
 out ^recorded: line 3 of the audit differs$
 out ^\{"event": "begin".*"arm": "psm2"
 out ^\{"event": "begin".*"arm": "psm1"
-$ omentum retract -q --replay run
+$ omentum replay -q run
 exit 3
 err run has no observations\.log; record a run by omentum retract --record
 err-lines 1

@@ -1,5 +1,5 @@
 # The thesis's sheet over the thesis's 17 layouts: README says that all are exposed.
-$ omentum retract $ROOT/scenes/sheet.yaml --layouts 17 -q -o sheet
+$ omentum layouts $ROOT/scenes/sheet.yaml -q -o sheet
 exit 0
 out ^[a-z-]+: 17 of 17 layouts exposed
 

@@ -1,0 +1,59 @@
+// cli_calibrate_force.c: omentum calibrate-force.
+#include "cli_retract.h"
+
+static const OmCliOption option[] = {
+    OM_CLI_OPTION_DATA,
+    {"--count", NULL, "N", "number of layouts", "17", NULL, 1, 10000},
+    OM_CLI_OPTION_WORKERS,
+    OM_CLI_OPTION_QUIET,
+};
+
+static const OmCliKey result_key[] = {
+    {"layouts", "that were measured"},
+    {"force_threshold_n", "measured"},
+    {"force_margin_n", "measured"},
+};
+
+static int calibrate(const OmCliRetract* s) {
+    OmForceCalibration c;
+    int nlayout = s->nlayout ? s->nlayout : 17;
+    OmStatus status = om_retract_calibrate_force(&s->scene, nlayout, s->nworker,
+                                                 om_cli_progress(s->is_quiet), &c);
+    if (status < 0) return om_cli_fail("calibrate-force", status);
+    om_cli_progress_done();
+    om_cli_figure("layouts", nlayout);
+    om_cli_figure("force_threshold_n", c.threshold);
+    om_cli_figure("force_margin_n", c.margin);
+    printf(
+        "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f, "
+        "cut off at twice the threshold)\n"
+        "force_threshold: %.2f  # N, twice the median\n"
+        "force_margin: %.2f  # N, 95 %% quantile of truth less twin at %d instants; median %.2f N\n",
+        s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
+        c.threshold, c.margin, c.npair, c.more_median);
+    return OM_EXIT_OK;
+}
+
+int om_cli_calibrate_force(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    OmCliRetract s = {.verb = "calibrate-force"};
+    int code = om_cli_retract_begin(&args, false, &s);
+    if (code != OM_EXIT_OK) return code;
+    return calibrate(&s);
+}
+
+const OmCliVerb om_cli_verb_calibrate_force = {
+    .name = "calibrate-force",
+    .run = om_cli_calibrate_force,
+    .summary = "measure the force threshold and margin of a scene (thesis, 6.5.1)",
+    .usage = "omentum calibrate-force SCENE.yaml [options]",
+    .about =
+        "Pulls at every block of many layouts and prints force_threshold, twice the median of the largest pulls, and\n"
+        "force_margin, as the scene's `task:` has them.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum calibrate-force scenes/sheet.yaml\n"
+               "  omentum calibrate-force scenes/kidney.yaml --data /path/to/data --count 5",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

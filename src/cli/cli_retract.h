@@ -1,0 +1,51 @@
+// cli_retract.h: the scene and the settings of a run, for the verbs that run or measure a scene.
+#ifndef OM_CLI_RETRACT_H
+#define OM_CLI_RETRACT_H
+
+#include "cli_acting.h"
+#include "cli_common.h"
+#include "cli_supervise.h"
+#include "omentum/defras.h"
+
+typedef struct OmCliRetract {
+    const char* verb;  // for messages
+    OmScene scene;
+    OmEngineSet engines;  // that the scene may name: those of the library, and the trained network
+    const char *out, *program;
+    int nlayout;  // of several
+    int first;    // of these
+    int nworker;
+    bool is_quiet;
+    bool records_acquisitions, records_observations;
+    bool is_defras, has_preplan, needs_approval, has_both_arms;
+    OmPreplan preplan;
+    OmCliPerson person;
+    OmCliActing acting;
+    bool needs_scene;  // false: only a text is wanted
+} OmCliRetract;
+
+// Read options and scene. Returns OM_EXIT_OK, or the exit code after a message.
+int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract* s);
+// The definition of a run into `dir`.
+OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir);
+// The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
+// trials.
+OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, size_t size);
+
+// Options of more than one verb.
+#define OM_CLI_OPTION_DATA                                                           \
+    {                                                                                \
+        "--data", NULL, "DIR", "folder that the scene's file names are relative to", \
+            "the scene's folder"                                                     \
+    }
+#define OM_CLI_OPTION_WORKERS \
+    { "--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER }
+#define OM_CLI_OPTION_QUIET \
+    { "--quiet", "-q", NULL, "no progress" }
+#define OM_CLI_OPTION_FORCE                                                              \
+    {                                                                                    \
+        "--force-threshold", NULL, "N", "largest force on the tissue, without a margin", \
+            "the scene's, with its margin", "N", 1e-3, 1e3                               \
+    }
+
+#endif
