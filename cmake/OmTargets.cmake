@@ -94,11 +94,11 @@ function(om_check_program target)
     target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/test)
 endfunction()
 
-# om_test(NAME file [LABELS label...] [TIMEOUT s]): a file of cmocka tests. All files of a folder are one program,
+# om_test(NAME file [LABELS label...] [TIMEOUT s] [PARTS n]): a file of cmocka tests. All files of a folder are one program,
 # tests_<folder>; `tests_fem test_fem_energy` runs one file, as CTest does, from the source root. The main() of each
 # file is renamed to its NAME, test_main.c calls it.
 function(om_test name file)
-    cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "" "TIMEOUT;PARTS" "LABELS" ${ARGN})
     get_filename_component(room ${CMAKE_CURRENT_SOURCE_DIR} NAME)
     set(program tests_${room})
     if(NOT TARGET ${program})
@@ -123,6 +123,15 @@ function(om_test name file)
     endif()
     set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS};room_${room}")
     om_test_limits(${name} ${limits})
+    # with PARTS n the cases, which need nothing of each other, are dealt to NAME, NAME_2 ... NAME_n
+    if(ARG_PARTS)
+        om_test_limits(${name} ${limits} OM_TEST_PART=1/${ARG_PARTS})
+        foreach(part RANGE 2 ${ARG_PARTS})
+            add_test(NAME ${name}_${part} COMMAND ${program} ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+            set_tests_properties(${name}_${part} PROPERTIES LABELS "${ARG_LABELS};room_${room}")
+            om_test_limits(${name}_${part} ${limits} OM_TEST_PART=${part}/${ARG_PARTS})
+        endforeach()
+    endif()
     # where a quick run leaves cases, sizes or repetitions out, NAME_all runs them all; where it lets only some
     # allocations fail, NAME_allocations lets each of them
     file(STRINGS ${file} all REGEX "test_is_slow\\(|test_count\\(|cmocka_slow_test\\(")

@@ -99,7 +99,7 @@ static void test_one_stretch_is_not_enough(void** state) {
 static void test_an_attachment_is_no_modulus(void** state) {
     (void)state;
     static const double young[] = {0.4, 0.6, 1, 1.5, 2.5};
-    for (int k = 0; k < 5; ++k) {
+    for (int k = 0; k < 5; k += test_is_slow() ? 1 : 4) {
         OmRetractResult r =
             run(&(Truth){.young = young[k], .noise = 0.02, .is_wrong = true, .learns = true});
         assert_int_equal(r.nmodulus, 0);
@@ -181,9 +181,9 @@ static void test_no_memory(void** state) {
     p.scene.tissue.cells = om_vec3(3, 3, 1);
     assert_ok(om_site_build(&p.scene, OM_SITE_TWIN, NULL, &p.site));
     assert_ok(om_body_create(&p.scene, &p.site, 1, &p.body));
-    const int nfail = test_failing_allocations(create_and_set, &p, 1);
+    const int nfail = test_failing_allocations(create_and_set, &p, test_stride(2));
     printf("%d allocations failed\n", nfail);
-    assert_true(nfail > 20);
+    assert_true(nfail > 10);
     om_body_destroy(p.body);
     om_site_done(&p.site);
 }

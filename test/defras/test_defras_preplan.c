@@ -242,7 +242,7 @@ static void a_run_may_lack_memory(void** state) {
     scene.task.grid = 2;
     scene.task.grasp_radius = 0.02;
     scene.task.max_height = scene.task.retract = 0.01;
-    assert_true(test_failing_allocations(run_small, &scene, 7) > 5);
+    assert_true(test_failing_allocations(run_small, &scene, test_stride(9)) > 3);
     assert_true(other.ntried > 0);
 }
 

@@ -68,7 +68,7 @@ static void test_the_same_decisions_from_the_observations(void** state) {
     assert_false(om_path_exists(path_of("run-unfinished", "")));
     char* audit = read_text(path_of("run", "audit.jsonl"));
     assert_non_null(strstr(audit, "\"stage\": \"started\""));
-    for (int nworker = 1; nworker <= 2; ++nworker) {
+    for (int nworker = test_is_slow() ? 1 : 2; nworker <= 2; ++nworker) {
         OmReplayDef def = om_replay_default_def(path_of("run", ""));
         def.nworker = nworker;
         def.path = path_of("", "again.jsonl");

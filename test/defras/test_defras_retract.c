@@ -237,6 +237,7 @@ static void test_search_with_both_arms(void** state) {
     // each arm: reach, grasp, one or two pulls, at most two folds
     assert_in_range(both.naction, 7, 12);
     assert_true(both.nsequence > one.nsequence && both.nsequence <= 4 * one.nsequence);
+    if (!test_is_slow()) return;
     // a ROI that one arm exposes needs no second one
     scene.roi.center = easy_scene().roi.center;
     assert_ok(om_retract_search(&scene, 3, 1, NULL, &one));
@@ -378,9 +379,11 @@ static void test_calibration(void** state) {
     scene.task.max_height = 0.02;
     OmForceCalibration a, b;
     assert_ok(om_retract_calibrate_force(&scene, 2, 1, NULL, &a));
-    assert_ok(om_retract_calibrate_force(&scene, 2, 2, NULL, &b));
     assert_int_equal(a.nrun, 8);
-    assert_memory_equal(&a, &b, sizeof a);
+    if (test_is_slow()) {
+        assert_ok(om_retract_calibrate_force(&scene, 2, 2, NULL, &b));
+        assert_memory_equal(&a, &b, sizeof a);
+    }
     assert_true(a.lower_quartile <= a.median && a.median <= a.upper_quartile &&
                 a.upper_quartile <= a.max);
     assert_near(a.threshold, 2 * a.median, 1e-12);

@@ -56,6 +56,7 @@ static void test_study(void** unused) {
     assert_string_equal(first, again);
     om_free(again);
     om_free(first);
+    if (!test_is_slow()) return;
     // another tolerance makes the runs again, not the truth
     def.tolerance = 5e-4;
     assert_ok(om_study_contact_run(&def, NULL, &sum));
@@ -166,7 +167,7 @@ static OmStatus make_body(void* ctx) {
 static void test_memory(void** unused) {
     (void)unused;
     OmStudyContactDef def = small_def();  // its runs are there
-    int nfail = test_failing_allocations(make_body, NULL, 7);
+    int nfail = test_failing_allocations(make_body, NULL, test_stride(13));
     nfail += test_failing_allocations(finish_again, &def, 61);
     printf("%d allocations failed\n", nfail);
     assert_true(nfail > 10);

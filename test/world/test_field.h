@@ -36,7 +36,7 @@ typedef struct Field {
 static inline void setup(Field* f, OmScene scene) {
     f->scene = scene;
     assert_ok(om_site_build(&f->scene, OM_SITE_WORLD, NULL, &f->site));
-    assert_ok(om_world_create_simulated(&f->scene, &f->site, 0, &f->world));
+    assert_ok(om_world_create_simulated(&f->scene, &f->site, 1, &f->world));
 }
 static inline void teardown(Field* f) {
     om_world_destroy(f->world);

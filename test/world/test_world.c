@@ -272,7 +272,7 @@ static void test_jaws_close_on_tissue(void** state) {
 
 static void test_hidden_at_first(void** state) {
     (void)state;
-    for (int seed = 1; seed <= 17; ++seed) {
+    for (int seed = 1; seed <= (test_is_slow() ? 17 : 5); ++seed) {
         Field f;
         OmScene scene = small_scene();
         scene.seed = seed;
@@ -357,7 +357,7 @@ static void test_noise_is_of_the_measurement(void** state) {
 // The offset of a tool is drawn along every axis, of the stated spread: over seeds and arms.
 static void test_noise_of_three_axes(void** state) {
     (void)state;
-    enum { NSEED = 16 };
+    const int NSEED = test_is_slow() ? 16 : 5;
     double square = 0, product = 0;
     for (int seed = 1; seed <= NSEED; ++seed) {
         OmScene scene = half_held();
@@ -513,7 +513,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
     scene.endoscope.width = 32, scene.endoscope.height = 24;
     scene.rgbd.width = 32, scene.rgbd.height = 24;
     scene.world.force_noise = 0.1;
-    assert_true(test_failing_allocations(live_a_little, &scene, 3) > 30);
+    assert_true(test_failing_allocations(live_a_little, &scene, test_stride(11)) > 8);
 }
 
 // A sheet dragged over its board by one edge: the board's force leans by the coefficient of friction.

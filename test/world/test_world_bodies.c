@@ -170,7 +170,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
     (void)state;
     OmScene scene = sheet("fem");
     scene.tissue.cells = om_vec3(5, 5, 1);
-    assert_true(test_failing_allocations(live, &scene, 3) > 10);
+    assert_true(test_failing_allocations(live, &scene, test_stride(9)) > 3);
 }
 
 int main(void) {

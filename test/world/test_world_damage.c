@@ -165,7 +165,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
     OmScene scene = loose_sheet();
     scene.world.tear_strength = 1e4;
     scene.world.grip_friction = 0.3;
-    assert_true(test_failing_allocations(build_and_step, &scene, 7) > 20);
+    assert_true(test_failing_allocations(build_and_step, &scene, test_stride(13)) > 10);
 }
 
 int main(void) {

@@ -348,7 +348,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
     OmScene scene = small_scene();
     scene.tissue.cells = om_vec3(10, 10, 1);
     scene.tissue.world_cells = om_vec3(14, 14, 2);
-    assert_true(test_failing_allocations(reset_and_save, &scene, 5) > 10);
+    assert_true(test_failing_allocations(reset_and_save, &scene, test_stride(11)) > 4);
 }
 
 // The first grasp of a body asks for its forces, which allocate where strains are averaged.
