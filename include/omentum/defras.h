@@ -19,6 +19,8 @@
 extern "C" {
 #endif
 
+#define OM_AHEAD_POINTS 3  // grasping points tried in the twin before a new plan
+
 typedef struct OmRetractDef {
     OmCookie cookie;
     const OmScene* scene;  // borrowed
@@ -45,6 +47,11 @@ typedef struct OmRetractDef {
 } OmRetractDef;
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);
+/// Switch on in a scene all that the loop can do: the monitor, updates with the installed network, learning of the
+/// modulus by shape where the twin's engine has one, and OM_AHEAD_POINTS tried before a new plan. What the scene says
+/// of the network and the points stays.
+/// @return OM_OK; OM_INVALID (the scene's engine is unknown)
+OM_API OmStatus om_retract_use_all(OmScene* scene);
 
 /// Every written run has audit.jsonl (defras_audit.h) and scene.yaml, the complete scene of the run. They are in
 /// OUT_DIR-unfinished until the run ends, and stay there if it is killed or fails after its begin.

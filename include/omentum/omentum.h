@@ -50,6 +50,7 @@
 #include "omentum/plan.h"
 #include "omentum/report.h"
 #include "omentum/rl.h"
+#include "omentum/rl_acting.h"
 #include "omentum/rl_demo.h"
 #include "omentum/rl_drive.h"
 #include "omentum/rl_policy.h"

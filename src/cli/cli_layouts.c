@@ -75,7 +75,7 @@ int om_cli_layouts(int argc, char** argv) {
     int code = om_cli_retract_begin(&args, true, &s);
     if (code != OM_EXIT_OK) return code;
     code = run_layouts(&s);
-    om_cli_acting_done(&s.acting);
+    om_rl_acting_destroy(s.acting);
     return code;
 }
 

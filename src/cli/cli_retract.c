@@ -6,8 +6,6 @@
 #include "cli_retract.h"
 #include "omentum/umesh_net.h"
 
-#define AHEAD_POINTS 3  // grasping points that --defras tries in the twin before a new plan
-
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
     {"--data", NULL, "DIR", "folder that the scene's file names are relative to",
@@ -178,6 +176,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_path(dir);
 }
 
+// A motion law from a policy of the task "approach".
+static OmStatus next_place(void* ctx, const OmLoopMotion* m, OmVec3* place) {
+    return om_rl_acting_next(ctx, m->verb == OM_PLAN_REACH, m->nplace == 0, m->tip, m->goal, place);
+}
+
 OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
     OmRetractDef def = om_retract_default_def(&s->scene);
     def.out_dir = dir;
@@ -192,7 +195,7 @@ OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
     def.needs_approval = s->needs_approval;
     def.has_both_arms = s->has_both_arms;
     def.records_observations = s->records_observations;
-    if (s->acting.policy) def.law = om_cli_acting_law(&s->acting);
+    if (s->acting) def.law = (OmMotionLaw){s->acting, next_place};
     return def;
 }
 
@@ -339,19 +342,13 @@ static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
         s->scene.task.force_margin = 0;
         OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
     }
-    if (s->is_defras) {
-        s->scene.monitor.is_enabled = s->scene.update.is_enabled = true;
-        s->scene.update.learns_modulus_by_shape = om_engine_uses(engine, "young");
-        if (s->scene.task.ahead == 0) s->scene.task.ahead = AHEAD_POINTS;
-        if (strcmp(s->scene.update.network, "none") == 0)
-            strcpy(s->scene.update.network, "installed");
-    }
+    if (s->is_defras) OM_TRY(om_retract_use_all(&s->scene));
     const char* plan = get(args, "--plan");
     s->has_preplan = plan != NULL;
     const char* acting = get(args, "--acting");
     OM_CHECK(!acting || !s->records_observations, OM_INVALID,
              "--acting: a run by a policy cannot be replayed; leave out --record");
-    if (acting) OM_TRY(om_cli_acting_load(acting, &s->acting));
+    if (acting) OM_TRY(om_rl_acting_load(acting, &s->acting));
     return plan ? om_preplan_load(plan, &s->preplan) : OM_OK;
 }
 
@@ -397,7 +394,7 @@ int om_cli_retract(int argc, char** argv) {
     if (!s.needs_scene || om_cli_get(&args, "--print-scene")) return print_text(&args, &s);
     if (om_cli_get(&args, "--dry-run")) return dry_run(&s);
     code = run(&s);
-    om_cli_acting_done(&s.acting);
+    om_rl_acting_destroy(s.acting);
     return code;
 }
 

@@ -2,10 +2,10 @@
 #ifndef OM_CLI_RETRACT_H
 #define OM_CLI_RETRACT_H
 
-#include "cli_acting.h"
 #include "cli_common.h"
 #include "cli_supervise.h"
 #include "omentum/defras.h"
+#include "omentum/rl_acting.h"
 
 typedef struct OmCliRetract {
     const char* verb;  // for messages
@@ -20,8 +20,8 @@ typedef struct OmCliRetract {
     bool is_defras, has_preplan, needs_approval, has_both_arms;
     OmPreplan preplan;
     OmCliPerson person;
-    OmCliActing acting;
-    bool needs_scene;  // false: only a text is wanted
+    OmRlActing* acting;  // null: straight lines
+    bool needs_scene;    // false: only a text is wanted
 } OmCliRetract;
 
 // Read options and scene. Returns OM_EXIT_OK, or the exit code after a message.

@@ -18,11 +18,13 @@
 // second and third do not change the plan where the first exposes the ROI.
 #include "omentum/defras_ahead.h"
 
+#include <string.h>
+
 #include "defras/defras_attempt.h"
+#include "omentum/defras.h"
 #include "omentum/world.h"
 
 #define AHEAD_COOKIE 0xa4ead0
-#define AHEAD_POINTS 3
 #define AHEAD_STEPS 5000
 #define SOFT 0.5  // modulus of the other twin, as in defras_robust.c
 
@@ -41,9 +43,20 @@ OmAheadDef om_ahead_default_def(const OmScene* scene, const OmSite* site) {
     return (OmAheadDef){.cookie = AHEAD_COOKIE,
                         .scene = scene,
                         .site = site,
-                        .npoint = scene && scene->task.ahead > 0 ? scene->task.ahead : AHEAD_POINTS,
+                        .npoint =
+                            scene && scene->task.ahead > 0 ? scene->task.ahead : OM_AHEAD_POINTS,
                         .max_step = AHEAD_STEPS,
                         .is_repeated = true};
+}
+
+OmStatus om_retract_use_all(OmScene* scene) {
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
+    scene->monitor.is_enabled = scene->update.is_enabled = true;
+    scene->update.learns_modulus_by_shape = om_engine_uses(engine, "young");
+    if (scene->task.ahead == 0) scene->task.ahead = OM_AHEAD_POINTS;
+    if (strcmp(scene->update.network, "none") == 0) strcpy(scene->update.network, "installed");
+    return OM_OK;
 }
 
 static OmStatus check_def(const OmAheadDef* def, const OmBody* twin) {

@@ -1,6 +1,7 @@
 // Looking ahead: points tried in snapshots of the twin, which is restored.
 #include "defras/defras_internal.h"
 #include "loop_rig.h"
+#include "omentum/defras.h"
 #include "omentum/defras_ahead.h"
 #include "omentum/defras_preplan.h"
 #include "test_alloc.h"
@@ -212,6 +213,26 @@ static int end(void** state) {
     return 0;
 }
 
+// What the scene says of the network and of the number of points stays.
+static void everything_is_switched_on(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    assert_false(scene.monitor.is_enabled || scene.update.is_enabled);
+    assert_ok(om_retract_use_all(&scene));
+    assert_true(scene.monitor.is_enabled && scene.update.is_enabled);
+    assert_true(scene.update.learns_modulus_by_shape);  // finite elements have a modulus
+    assert_int_equal(scene.task.ahead, 3);
+    assert_string_equal(scene.update.network, "installed");
+    scene = om_scene_default();
+    scene.task.ahead = 5;
+    strcpy(scene.update.network, "mine");
+    assert_ok(om_retract_use_all(&scene));
+    assert_int_equal(scene.task.ahead, 5);
+    assert_string_equal(scene.update.network, "mine");
+    strcpy(scene.tissue.engine, "none");
+    assert_status(om_retract_use_all(&scene), OM_INVALID);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
 
@@ -222,6 +243,7 @@ int main(void) {
         cmocka_unit_test(a_run_repeats),
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(a_wrong_definition_is_refused),
+        cmocka_unit_test(everything_is_switched_on),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
