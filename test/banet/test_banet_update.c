@@ -403,6 +403,17 @@ static void test_net(void** state) {
     assert_ok(
         om_match_find_pairs(live, &rig.acq[0].scan, 1, rig.acq[0].grasp, rig.x_twin[0], &pairs));
     om_banet_measure(rig.view, &pairs, u, seen);
+    // a vertex is well seen from a sum of weights of 0.5 on
+    double *raw_u = malloc(3 * (size_t)n * sizeof *u), *raw = malloc((size_t)n * sizeof *raw);
+    om_match_pairs_displacement(rig.view, &pairs, raw_u, raw);
+    int npart = 0;
+    for (int i = 0; i < n; ++i) {
+        assert_near(seen[i], fmin(1, raw[i] / 0.5), 1e-12);
+        npart += seen[i] > 0 && seen[i] < 1;
+    }
+    assert_true(npart > 0);
+    free(raw_u);
+    free(raw);
     assert_ok(om_banet_estimate(net, def.side, rig.view->surface, u, seen, want));
     double least = 1, most = 0;
     for (int i = 0; i < n; ++i) {

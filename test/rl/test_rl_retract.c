@@ -206,6 +206,25 @@ static void test_action(void** state) {
     shared->ops->state_destroy(shared, s);
 }
 
+// An open gripper that goes down stops 1 mm above the kidney, and its path does not enter it.
+static void test_tip_stays_out(void** state) {
+    (void)state;
+    OmRlTask* task = thesis_gripper;
+    const OmRlRetract* t = om__rl_retract(task);
+    OmRlRetractState* s = make_state(task);
+    OmVec3 n;
+    double lowest = 1, reward;
+    bool is_end;
+    assert_ok(task->ops->reset(task, s, om_rng_init(3, 0), 24));
+    for (int k = 0; k < 120; ++k) {
+        assert_ok(task->ops->step(task, s, (int[4]){0, 0, 1, 0}, &reward, &is_end));
+        lowest = fmin(lowest, om__rl_ground_distance(&t->ground, s->now.tip, &n) - t->ground.shift);
+    }
+    print_message("lowest %.4f mm\n", 1e3 * lowest);
+    assert_near(lowest, 0.001, 5e-5);
+    task->ops->state_destroy(task, s);
+}
+
 // Reward (a) from the formula of 5.4.2 and numbers of the scene written here.
 static void test_thesis_reward(void** state) {
     (void)state;
@@ -418,13 +437,13 @@ static void test_settings(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scene),      cmocka_unit_test(test_expert),
-        cmocka_unit_test(test_exposure),   cmocka_unit_test(test_ground),
-        cmocka_unit_test(test_action),     cmocka_unit_test(test_thesis_reward),
-        cmocka_unit_test(test_our_reward), cmocka_unit_test(test_snapshots),
-        cmocka_unit_test(test_workers),    cmocka_unit_test(test_random),
-        cmocka_unit_test(test_sleep),      cmocka_unit_test(test_release),
-        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_scene),         cmocka_unit_test(test_expert),
+        cmocka_unit_test(test_exposure),      cmocka_unit_test(test_ground),
+        cmocka_unit_test(test_action),        cmocka_unit_test(test_tip_stays_out),
+        cmocka_unit_test(test_thesis_reward), cmocka_unit_test(test_our_reward),
+        cmocka_unit_test(test_snapshots),     cmocka_unit_test(test_workers),
+        cmocka_unit_test(test_random),        cmocka_unit_test(test_sleep),
+        cmocka_unit_test(test_release),       cmocka_unit_test(test_settings),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
