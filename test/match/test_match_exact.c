@@ -80,6 +80,19 @@ static void test_outlier(void** state) {
     assert_near(trial.mean, 0.005 / 4, 1e-9);
     assert_near(trial.median, 0, 1e-9);
     assert_near(trial.p90, 0.03, 1e-9);
+    // The springs of the last round of a fit: Young's modulus over the edge, times the sheet's whole surface over the
+    // points, and less by (1 + (d / 4 mm)^2)^2 at a distance d.
+    double* x = malloc(3 * sizeof *x * (size_t)site.mesh.nvert);
+    memcpy(x, site.mesh.x, 3 * sizeof *x * (size_t)site.mesh.nvert);
+    memset(trier.spring, 0, sizeof *trier.spring * (size_t)match->view.ncandidate);
+    assert_ok(om__match_fit(&trier.fit, &a, trier.spring, x));
+    const double seen = 2 * 0.12 * 0.12 + 4 * 0.12 * 0.005, edge = om_match_view(match)->edge;
+    for (int i = 0; i < 4; ++i) {
+        double d = trier.fit.distance[i] / 0.004;
+        assert_near_rel(trier.fit.pull[i].across * (1 + d * d) * (1 + d * d),
+                        site.young / edge * seen / 4, 1e-6);
+    }
+    free(x);
     om__match_trier_done(&trier);
     om_scan_done(&a.scan);
     om_match_destroy(match);

@@ -82,6 +82,14 @@ static void test_springs(void** state) {
     assert_near_rel(inner, 4e5 * 0.01 * 0.01, 1e-9);
     assert_near(om_site_spacing(&site), (4 * 0.01 + 2 * sqrt(2e-4)) / 6, 0.004);
     om_site_done(&site);
+    // A believed foundation alone takes the place of the truth's.
+    scene.believed.foundation = 1e5;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    sum = 0;
+    for (int i = 0; i < om_tet_mesh_find_set(&site.mesh, "attachment")->nvert; ++i)
+        sum += site.attach_spring[i];
+    assert_near_rel(sum, 1e5 * 0.055 * 0.12, 1e-9);
+    om_site_done(&site);
 }
 
 int main(void) {
