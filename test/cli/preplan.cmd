@@ -1,30 +1,15 @@
 # omentum preplan: a map of the grid, a plan file, a report.
-write small.yaml
-    name: small
-    tissue:
-      source: sheet
-      cells: [8, 8, 1]
-      world_cells: [12, 12, 1]
-    attachments:
-      kind: box
-      lo_mm: [10, -100, -1]
-      hi_mm: [100, 100, 1]
-    roi:
-      random: false
-      center_mm: [-40, -30, 0]
-    endoscope: {distance_mm: 200, elevation_deg: 45, fov_deg: 60, width: 80, height: 60}
-    task:
-      force_threshold: 3
-      grasp_radius_mm: 11
-      speed_mm_s: 50
+copy small.yaml
+$ echo '  grid: 2' >> small.yaml
+exit 0
 $ omentum preplan small.yaml -q -o plan
 exit 0
 out ^small, layout 1: point \(\d,\d\), PSM\d: \d pulls? .*exposes? \d+ % of the ROI in \d+ actions, 0\.\d\d N; \d of 5 changed twins agree, to \d\.\d mm$
 out ^visibility of the ROI, %$
 out ^largest pull, N$
 out ^actions$
-out held   held
-out \d+ of 25 grasping points tried, \d+ expose the ROI
+out ^ +y  2 +\d+[*<]? +held
+out \d+ of 4 grasping points tried, \d+ expose the ROI
 out report: plan/report\.html
 no-err
 file plan/report.html
@@ -34,14 +19,14 @@ file plan/plan.json
 $ omentum preplan small.yaml -q --workers 1 -o one > /dev/null; cmp plan/plan.json one/plan.json
 exit 0
 
-$ omentum preplan small.yaml -q --json -o plan
-exit 0
-out "exposing": 
-
 # No point exposes: the best one, a warning, exit code 1.
-$ (cat small.yaml; echo '  max_height_mm: 10'; echo '  retract_mm: 10'; echo '  grid: 2') > low.yaml; omentum preplan low.yaml -q -o low
+$ (cat small.yaml; echo '  max_height_mm: 10'; echo '  retract_mm: 10') > low.yaml; omentum preplan low.yaml -q -o low
 exit 1
 out warning: none of \d points exposes 80 % of the ROI; the best is
+
+$ omentum preplan low.yaml -q --json -o low
+exit 1
+out "exposing": 0
 
 $ omentum preplan small.yaml
 exit 2

@@ -1,9 +1,10 @@
-# omentum study learning, small: two seeds of PPO and cloning on the task "reach".
-$ omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out
-exit 0
-out ^ppo +1\.000 +1\.000 +-
+# omentum study learning, logic alone: two seeds of PPO and cloning on the task "reach", too short to learn it. The slow
+# study_learning_full.cmd learns it.
+$ omentum study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 2048 --no-reality -q -o out
+exit 1
+out ^ppo +0\.[0-9]+ +0\.[0-9]+ +-
 out ^clone +[01]\.[0-9]+
-out ^criteria: met$
+out ^criteria: missed: ppo: mean of a seed 0\.[0-9]+, bound 0\.95; ppo: lowest start [0-9.]+, bound 0\.80$
 no-err
 $ ls out
 exit 0
@@ -15,23 +16,19 @@ out ^ppo-2-training.csv$
 out ^report.html$
 out ^study.json$
 # Finished trainings and evaluations are kept: the same numbers again.
-$ cp out/study.json first.json && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out > /dev/null; grep -v seconds first.json > a; grep -v seconds out/study.json | cmp - a && echo same
+$ cp out/study.json first.json && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 2048 --no-reality -q -o out > /dev/null; grep -v seconds first.json > a; grep -v seconds out/study.json | cmp - a && echo same
 exit 0
 out ^same$
 # A score that was changed by hand is used only with the policy of its line.
-$ sed -i '1s/.*/# policy 0/;2s/.*/0.5/' out/ppo-1-training.csv && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 81920 --no-reality -q -o out > /dev/null; grep -v seconds out/study.json | cmp - a && echo same
+$ sed -i '1s/.*/# policy 0/;2s/.*/0.5/' out/ppo-1-training.csv && $OMENTUM study learning -t reach --same-task --learners ppo,clone --seeds 2 -n 2048 --no-reality -q -o out > /dev/null; grep -v seconds out/study.json | cmp - a && echo same
 exit 0
 out ^same$
 # PPO in two parts: the second one begins with the policy of the first one, kept in a folder of its own.
-$ omentum study learning -t reach --same-task --learners ppo --seeds 1 -n 40960 --varied-steps 40960 --no-reality -q -o two && ls two
-exit 0
-out ^ppo +1\.000 +1\.000 +-
+$ omentum study learning -t reach --same-task --learners ppo --seeds 1 -n 2048 --varied-steps 2048 --no-reality -q -o two; code=$?; ls two; exit $code
+exit 1
+out ^ppo +0\.[0-9]+ +0\.[0-9]+ +-
 out ^ppo-1$
 out ^ppo-1-plain$
-# Too short a training: the bounds that are missed are named with their values.
-$ omentum study learning -t reach --same-task --learners ppo --seeds 1 -n 2048 --varied-steps 0 --no-reality -q -o short
-exit 1
-out ^criteria: missed: ppo: mean of a seed 0\.[0-9]+, bound 0\.95; ppo: lowest start [0-9.]+, bound 0\.80$
 # A task without "reality" says so.
 $ omentum study learning -t reach --same-task --learners clone --seeds 1 -q -o none
 exit 3

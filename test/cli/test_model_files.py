@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """omentum model on volumes as other programs write them, against values computed here.
 
-    test_model_files.py PROGRAM
+    test_model_files.py PROGRAM [layers|parts|labels|spaces|units|pictures]...
 
 The files are written by this script: a layered .seg.nrrd of 3D Slicer whose axes are oblique, left-handed and
 of three lengths, and label maps of several labels and parts. Volumes and centroids of the meshes are computed
@@ -463,13 +463,11 @@ def test_pictures(folder):
 
 
 def main():
-    with tempfile.TemporaryDirectory() as folder:
-        test_layers(folder)
-        test_parts(folder)
-        test_labels(folder)
-        test_spaces(folder)
-        test_units(folder)
-        test_pictures(folder)
+    """The tests named, or all."""
+    tests = {name[5:]: test for name, test in globals().items() if name.startswith("test_")}
+    for name in sys.argv[2:] or tests:
+        with tempfile.TemporaryDirectory() as folder:
+            tests[name](folder)
 
 
 if __name__ == "__main__":

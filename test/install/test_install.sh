@@ -24,14 +24,13 @@ foreign=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep -v
 private=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep '^om__' || true)
 [ -z "$private" ] || fail "private names exported: $private"
 
-# Every installed header compiles alone, as C17 and as C++, without any other include path.
+# Every installed header compiles alone as C17, and all of them as C++, without any other include path.
 for header in "$tmp"/prefix/include/omentum/*.h; do
-    for lang in "c -std=c17" "c++ -std=c++17"; do
-        echo "#include \"omentum/$(basename "$header")\"" |
-            $cc -x $lang -Wall -Werror -fsyntax-only -I "$tmp/prefix/include" - ||
-            fail "$(basename "$header") alone as $lang"
-    done
+    echo "#include \"omentum/$(basename "$header")\"" > "$tmp/alone.h"
+    cat "$tmp/alone.h" >> "$tmp/all.h"
+    $cc -x c -std=c17 -Wall -Werror -fsyntax-only -I "$tmp/prefix/include" "$tmp/alone.h" || fail "$(basename "$header") alone as C"
 done
+$cc -x c++ -std=c++17 -Wall -Werror -fsyntax-only -I "$tmp/prefix/include" "$tmp/all.h" || fail "the headers as C++"
 
 # Man page and completion of shells.
 grep -q '^\.SS omentum umesh predict$' "$tmp/prefix/share/man/man1/omentum.1" || fail "no man page"
@@ -47,19 +46,20 @@ $cc -std=c17 -Wall -Werror "$here/consumer/consumer.c" -o "$tmp/one/consumer" \
     $(pkg-config --cflags --libs omentum) "-Wl,-rpath,$lib"
 (cd "$tmp/one" && ./consumer && grep -q '^mean 0\.' mean.txt) || fail "the program built by pkg-config"
 
-# Samples are what users copy: each links by pkg-config, also with --static, and no library is named besides.
+# Samples are what users copy: each links by pkg-config, one also with --static, and no library is named besides.
 mkdir "$tmp/samples"
+link() {
+    # shellcheck disable=SC2046,SC2086
+    $cc "$here/../../samples/$1.c" -o "$tmp/samples/$1" $(pkg-config $2 --cflags --libs omentum) "-Wl,-rpath,$lib" ||
+        fail "samples/$1.c by pkg-config $2"
+}
 for sample in "$here"/../../samples/*.c; do
-    name=$(basename "$sample" .c)
-    for static in "" --static; do
-        # shellcheck disable=SC2046,SC2086
-        $cc "$sample" -o "$tmp/samples/$name" $(pkg-config $static --cflags --libs omentum) "-Wl,-rpath,$lib" ||
-            fail "samples/$name.c by pkg-config $static"
-    done
+    link "$(basename "$sample" .c)" ""
 done
+link 01_hang_a_box --static
 (cd "$tmp/samples" && ./01_hang_a_box > 01.log) || fail "samples/01_hang_a_box.c does not run"
 
-# By CMake, samples too.
+# By CMake, a sample too.
 cmake -S "$here/consumer" -B "$tmp/two/build" -DCMAKE_PREFIX_PATH="$tmp/prefix" -DCMAKE_C_COMPILER="$cc" \
     -DSAMPLES="$here/../../samples" \
     > "$tmp/cmake.log" 2>&1 && cmake --build "$tmp/two/build" >> "$tmp/cmake.log" 2>&1 ||
