@@ -15,6 +15,7 @@
 // needs the next tick.
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "defras/defras_internal.h"
 #include "defras/defras_updater.h"
 
@@ -103,14 +104,7 @@ OmStatus om__loop_plan(OmLoop* loop) {
         status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
     if (status < 0) return status;
     OmRetractResult* r = &loop->result;
-    if (r->nplan == loop->plan_capacity) {
-        int capacity = loop->plan_capacity ? 2 * loop->plan_capacity : 16;
-        double* grown =
-            om_realloc(loop->plan_ms, (size_t)r->nplan, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        loop->plan_ms = grown;
-        loop->plan_capacity = capacity;
-    }
+    OM_GROW(loop->plan_ms, r->nplan, loop->plan_capacity, 16);
     loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
     OM_TRY(om__loop_notify_plan(loop));
     return status;
@@ -169,14 +163,7 @@ static void update_tried(OmLoop* loop) {
 static OmStatus note_action(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     const OmPlanAction* action = &loop->action.plan;
-    if (r->naction == loop->action_capacity) {
-        int capacity = loop->action_capacity ? 2 * loop->action_capacity : 32;
-        OmRetractAction* grown =
-            om_realloc(r->action, (size_t)r->naction, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        r->action = grown;
-        loop->action_capacity = capacity;
-    }
+    OM_GROW(r->action, r->naction, loop->action_capacity, 32);
     r->action[r->naction++] =
         (OmRetractAction){.verb = action->verb,
                           .arm = action->arm,

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "defras/defras_internal.h"
 #include "defras/defras_updater.h"
 
@@ -101,14 +102,7 @@ static OmStatus begin_record(OmLoop* loop) {
     const OmUpdater* u = loop->updater;
     OmRetractResult* r = &loop->result;
     unsigned char* attached;
-    if (r->nupdate == loop->update_capacity) {
-        int capacity = loop->update_capacity ? 2 * loop->update_capacity : 16;
-        OmRetractUpdate* grown =
-            om_realloc(r->update, (size_t)r->nupdate, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        r->update = grown;
-        loop->update_capacity = capacity;
-    }
+    OM_GROW(r->update, r->nupdate, loop->update_capacity, 16);
     OM_TRY(copy_attached(loop, &attached));
     r->update[r->nupdate++] =
         (OmRetractUpdate){.stage = OM_UPDATE_STARTED,

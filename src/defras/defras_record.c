@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "defras/defras_record.h"
 #include "omentum/match_acquisition.h"
 #include "omentum/shape_file.h"
@@ -244,13 +245,7 @@ static OmStatus save_picture(const OmRecorder* rec, const OmPicture* picture) {
 // A world without endoscope pictures has a record without frames.
 static OmStatus add_frame(OmRecorder* rec, double time, const char* caption) {
     if (!(om_world_sources(rec->def.world) & OM_OBSERVE_IMAGE)) return OM_OK;
-    if (rec->nframe == rec->frame_capacity) {
-        int capacity = rec->frame_capacity ? 2 * rec->frame_capacity : 16;
-        Frame* grown = om_realloc(rec->frame, (size_t)rec->nframe, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        rec->frame = grown;
-        rec->frame_capacity = capacity;
-    }
+    OM_GROW(rec->frame, rec->nframe, rec->frame_capacity, 16);
     Frame f = {.time = time};
     size_t len = strlen(caption) + 1;
     OM_ALLOC(f.caption, len);

@@ -4,6 +4,7 @@
 // limit; above it the tip almost stops, and moving tissue comes to rest.
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "defras/defras_internal.h"
 
 #define SLOW_FROM 0.75   // fraction of the limit above which a motion slows down
@@ -100,14 +101,7 @@ OmRetractSample om__loop_sample(const OmLoop* loop) {
 
 static OmStatus add_sample(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
-    if (r->nsample == loop->sample_capacity) {
-        int capacity = loop->sample_capacity ? 2 * loop->sample_capacity : 256;
-        OmRetractSample* grown =
-            om_realloc(r->sample, (size_t)r->nsample, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        r->sample = grown;
-        loop->sample_capacity = capacity;
-    }
+    OM_GROW(r->sample, r->nsample, loop->sample_capacity, 256);
     r->sample[r->nsample++] = om__loop_sample(loop);
     return OM_OK;
 }
