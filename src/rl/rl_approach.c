@@ -120,10 +120,7 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
     double d[3] = {s->goal.x - s->p.x, s->goal.y - s->p.y, s->goal.z - s->p.z};
     double gap = s->p.z - cone(s, s->p.x, s->p.y);
     if (s->is_tissue && gap < a->step && hypot(d[0], d[1]) > a->step) d[2] = gap < 0 ? 1 : 0;
-    for (int k = 0; k < 3; ++k) {
-        action[k] = 1 + (d[k] > a->step / 2) - (d[k] < -a->step / 2);
-        if (om_rng_uniform(rng) < 0.2) action[k] = (int)om_rng_below(rng, 3);
-    }
+    om__rl_straight(d, a->step, rng, action);
 }
 
 static size_t state_size(const OmRlTask* task) {

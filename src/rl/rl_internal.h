@@ -242,4 +242,12 @@ OmStatus om__rl_checkpoint_load(RlSession* s);
 OmStatus om__rl_save_metrics(const RlSession* s);
 OmStatus om__rl_save_report(const RlSession* s);
 
+/// An expert's action of three components: by `step` along each axis towards a goal at d, a fifth of them random.
+static inline void om__rl_straight(const double d[3], double step, OmRng* rng, int action[3]) {
+    for (int k = 0; k < 3; ++k) {
+        action[k] = 1 + (d[k] > step / 2) - (d[k] < -step / 2);
+        if (om_rng_uniform(rng) < 0.2) action[k] = (int)om_rng_below(rng, 3);
+    }
+}
+
 #endif

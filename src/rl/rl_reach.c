@@ -108,10 +108,7 @@ static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* act
     const Reach* r = (const Reach*)task;
     const State* s = state;
     const double d[3] = {s->goal.x - s->p.x, s->goal.y - s->p.y, s->goal.z - s->p.z};
-    for (int k = 0; k < 3; ++k) {
-        action[k] = 1 + (d[k] > r->step / 2) - (d[k] < -r->step / 2);
-        if (om_rng_uniform(rng) < 0.2) action[k] = (int)om_rng_below(rng, 3);
-    }
+    om__rl_straight(d, r->step, rng, action);
 }
 
 static size_t state_size(const OmRlTask* task) {
