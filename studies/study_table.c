@@ -74,7 +74,7 @@ void om__table_end(StudyTable* t, OmReport* report) {
     const char* text = t->text.str;
     for (int i = 0; at && i < n; ++i, text += strlen(text) + 1) at[i] = text;
     if (!at)
-        om_report_table(report, NULL, 0, NULL, 0);  // the report keeps it as its failure
+        om_report_fail(report, t->status < 0 ? t->status : OM_NO_MEMORY);
     else if (t->ncell > 0)
         om_report_table(report, at, t->ncol, at + t->ncol, t->ncell / t->ncol);
     om_free(at);

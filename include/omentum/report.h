@@ -101,6 +101,10 @@ typedef struct OmReportChart {  // zero-initialise; unused fields stay 0
 /// A chart of lines of any number of points, or of boxes; without a finite value, a sentence replaces it.
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
+/// Keep a failure of the caller's own work on a block, with its message (om_error_message): om_report_save
+/// returns it, as it returns the first failure of a block. A status >= 0 changes nothing.
+OM_API void om_report_fail(OmReport* report, OmStatus status);
+
 /// Write the file whole or not at all, and free the report.
 /// @return OM_OK; the first failure of the calls before; OM_IO
 OM_API OmStatus om_report_save(OmReport* report, const char* path);

@@ -9,6 +9,8 @@ void om__report_keep(OmReport* r, OmStatus status) {
     snprintf(r->message, sizeof r->message, "%s", om_error_message());
 }
 
+void om_report_fail(OmReport* r, OmStatus status) { om__report_keep(r, status); }
+
 void om__report_escape(OmReport* r, const char* text) {
     if (r->status == OM_OK) om__report_keep(r, om_text_append_html(&r->html, text ? text : ""));
 }
