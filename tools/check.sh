@@ -3,7 +3,7 @@
 #
 #   format, layers         the formatter, tools/check_tree.py
 #   build, tests release   every quick test; one over 2 s of processor time fails (tools/slow_quick_tests.txt lists the few
-#                          that may take longer)
+#                          that may take longer), and the demo
 #   build, tests dev       address and undefined sanitizers: the parsers, `base`, the cases of failing allocations of every
 #                          room; the rooms that changed since the last commit that passed, and those directly above them, whole.
 #                          SINCE=COMMIT names another commit; build/checked keeps the last one. A clean checkout has none.
@@ -121,6 +121,9 @@ changed() {
     for name in $touched $above; do whole+="|room_$name|$name"; done
 }
 
+# The first thing a user runs.
+check_demo() { build/release/bin/omentum demo -q -o build/demo > build/demo.log 2>&1 && [ -s build/demo/report.html ] || { tail -n 20 build/demo.log; return 1; }; }
+
 # One benchmark after the other, each row once: they run to their end.
 check_bench() {
     { build release omentum_bench && build/release/bin/omentum_bench --quick --runs 1 && tools/python_run.sh python/bench.py 20; } > build/bench.log 2>&1 ||
@@ -138,6 +141,7 @@ if [ -n "$room" ]; then
     tests dev dev "${only[@]}"
 else
     tests release release --not-label slow --limit 2 --allowed tools/slow_quick_tests.txt --times build/times_release.json
+    stage "demo" check_demo
     changed
     [ -n "$all" ] && whole='.*'
     tests dev dev --not-label slow --whole "$whole" --times build/times_dev.json

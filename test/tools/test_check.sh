@@ -21,7 +21,9 @@ add() {
 good() {
     printf 'int a(void) { return 1; }\n' > src/base/base_a.c
     rm -rf build
-    mkdir -p build/{release,dev,tsan,mpi}
+    mkdir -p build/{release,dev,tsan,mpi} build/release/bin
+    printf '#!/bin/bash\nmkdir -p build/demo && echo demo > build/demo/report.html\n' > build/release/bin/omentum
+    chmod +x build/release/bin/omentum
     printf '# none\n' > tools/slow_quick_tests.txt
     printf '#!/usr/bin/env python3\n' > tools/clang_syntax.py
     fake cmake 'exit 0'
@@ -43,8 +45,8 @@ holds() { grep -q -- "$1" "$tmp/log" || fail "$2"; }
 
 good
 run || fail "a good tree fails"
-# format, layers, two set-ups and builds, clang; three tests in release; base whole and the memory of fem in dev
-[ "$(last)" = "12 passed, 0 failed, 4 skipped" ] || fail "counts of a good tree: $(last)"
+# format, layers, two set-ups and builds, demo, clang; three tests in release; base whole and the memory of fem in dev
+[ "$(last)" = "13 passed, 0 failed, 4 skipped" ] || fail "counts of a good tree: $(last)"
 holds '^skipped: tests release: test_fem_b: other: no PyTorch$' "a skipped case is not named"
 holds '^skipped: tests dev: replay_c$' "a skipped test is not named"
 holds '^sanitizers: no commit that passed is known' "a clean checkout does not say what it leaves out"
@@ -89,7 +91,7 @@ for tool in bash env dirname git find xargs clang-format grep tail head mkdir rm
 done
 ln -sf "$(python3 -c 'import sys; print(sys.executable)')" "$tmp/only/python3"
 ! PATH=$tmp/bin:$tmp/only tools/check.sh > "$tmp/log" 2>&1 || fail "a bad tree passes"
-[ "$(last)" = "7 passed, 4 failed, 3 skipped" ] || fail "counts of a bad tree: $(last)"
+[ "$(last)" = "8 passed, 4 failed, 3 skipped" ] || fail "counts of a bad tree: $(last)"
 for name in format layers 'build dev' 'tests release: test_x: exit code 1'; do
     holds "^failed: $name" "bad is not named: $name"
 done
@@ -99,8 +101,10 @@ holds '^skipped: two ranks over MPI: Open MPI is not installed$' "the skip of MP
 good
 fake cmake 'case "$*" in *--build*release*) exit 1;; esac; exit 0'
 printf 'import sys\nsys.exit(0)\n' > tools/run_tests.py
+printf '#!/bin/bash\nexit 0\n' > build/release/bin/omentum
 ! run || fail "a broken build passes"
 holds '^failed: build release$' "the build is not named"
+holds '^failed: demo$' "a demo without a report passes"
 holds '^failed: tests dev: the results cannot be read$' "a runner without results passes"
 cp "$root/tools/run_tests.py" tools/
 
