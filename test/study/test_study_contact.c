@@ -64,8 +64,8 @@ static void test_study(void** unused) {
 }
 
 static bool stop(void* ctx, const char* stage, double done, double total) {
-    (void)stage, (void)done, (void)total;
-    return --*(int*)ctx > 0;
+    (void)done, (void)total;
+    return !strstr(stage, " elements, ") || --*(int*)ctx > 0;  // counts the runs
 }
 
 static void test_cancel(void** unused) {
