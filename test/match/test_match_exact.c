@@ -57,6 +57,34 @@ static void test_covariance(void** state) {
     assert_near_rel(turn.cz.z, of_turn, 1e-3);
 }
 
+// Sixteen points on a line with normals along it: each is a part of its own and measures the shift along x alone. Their
+// residuals are RHO and -RHO in turn. Independent errors: RHO^2 / 16. Jackknife, the variance of a mean of 16 values:
+// sum (r - mean)^2 / (16 x 15) = RHO^2 / 15.
+static void test_jackknife(void** state) {
+    (void)state;
+    enum { N = 16 };
+    const double RHO = 3e-4;
+    double x[3 * N] = {0}, normal[3 * N] = {0}, distance2[N], residual[N], sorted[N];
+    for (int i = 0; i < N; ++i) {
+        x[3 * i] = 0.01 * i;
+        normal[3 * i] = 1;
+        residual[i] = i % 2 ? RHO : -RHO;
+        distance2[i] = RHO * RHO;
+    }
+    const OmIcp icp = {.n = N,
+                       .x = x,
+                       .p = x,
+                       .q_normal = normal,
+                       .distance2 = distance2,
+                       .residual = residual,
+                       .sorted = sorted,
+                       .radius = 0.05};
+    const OmIcpFit fit = {.pose = om_pose_identity(), .limit2 = 1, .npoint = N, .nkept = N};
+    OmMat3 turn, shift;
+    assert_ok(om__icp_covariance(&icp, &fit, &turn, &shift));
+    assert_near_rel(shift.cx.x, RHO * RHO * (1.0 / 16 + 1.0 / 15), 1e-3);
+}
+
 // A scan of three vertices of the top, and of a point 30 mm above: it counts 5 mm in the mean, which is 1.25 mm, and
 // what it is in the quantiles.
 static void test_outlier(void** state) {
@@ -156,9 +184,8 @@ static void test_live_poisson(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_level),
-        cmocka_unit_test(test_covariance),
-        cmocka_unit_test(test_outlier),
+        cmocka_unit_test(test_level),        cmocka_unit_test(test_covariance),
+        cmocka_unit_test(test_jackknife),    cmocka_unit_test(test_outlier),
         cmocka_unit_test(test_live_poisson),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

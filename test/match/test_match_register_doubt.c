@@ -9,11 +9,11 @@ static void register_shape(OmShapeFn model, OmShapeFn truth, uint64_t seed, OmRe
     OmScan scan;
     OmPose pose;
     make_surface(model, 0.003, &c.model);
-    make_surface(truth, test_is_slow() ? 0.0016 : 0.002, &c.truth);
+    make_surface(truth, test_is_slow() ? 0.0016 : 0.0025, &c.truth);
     case_prepare(&c);
     case_look(&c, seed, &scan, &pose);
     OmRegisterDef def = def_near(&scan, pose, seed);
-    if (!test_is_slow()) def.npoint = 800, def.start_angle = def.start_shift = 0;  // one start
+    if (!test_is_slow()) def.npoint = 600, def.start_angle = def.start_shift = 0;  // one start
     assert_ok(om_scan_register(&def, &c.model, &scan, r));
     om_scan_done(&scan);
     case_done(&c);
@@ -33,6 +33,8 @@ static void test_round_shapes(void** state) {
         assert_false(r.is_reliable);
         assert_true(r.sigma_angle > OM_PI / 180);
         assert_true(fabs(r.axis_angle.z) > 0.9);  // it is round about z
+        // One start: runs from 6 degrees beside the result stay there, nearly; half of that is what is known.
+        if (!test_is_slow()) assert_near(r.sigma_angle * 180 / OM_PI, 3, 0.6);
     }
 }
 
@@ -114,6 +116,7 @@ static void test_workers_and_memory(void** state) {
     case_look(&c, 1, &scan, &truth);
     Run run = {.def = def_near(&scan, truth, 1), .model = &c.model, .scan = &scan};
     run.def.npoint = 300;
+    if (!test_is_slow()) run.def.start_angle = run.def.start_shift = 0;
     assert_ok(run_once(&run));
     OmRegistration first = run.r;
     run.def.nworker = 3;
@@ -123,7 +126,7 @@ static void test_workers_and_memory(void** state) {
     assert_true(first.sigma_angle == run.r.sigma_angle && first.residual == run.r.residual);
     assert_int_equal(first.niteration, run.r.niteration);
     run.def.start_angle = run.def.start_shift = 0;  // one start: fewer runs
-    assert_true(test_failing_allocations(run_once, &run, test_stride(19)) > 0);
+    assert_true(test_failing_allocations(run_once, &run, test_stride(37)) > 0);
     om_scan_done(&scan);
     case_done(&c);
 }

@@ -129,6 +129,9 @@ static void test_coarse_warning(void** state) {
     char words[64];
     snprintf(words, sizeof words, "miss about %.0f %% of a bending", missing);
     if (!strstr(r.warning, words)) fail_msg("%s: no \"%s\"", r.warning, words);
+    // 10 % are missing with a / (n^2 + a) = 0.1: n^2 = 9 a
+    snprintf(words, sizeof words, "below %.2g mm", 1e3 * r.quality.edge_mean * n / sqrt(9 * 10.25));
+    if (!strstr(r.warning, words)) fail_msg("%s: no \"%s\"", r.warning, words);
     om_patient_done(&p);
     unlink(path);
 }

@@ -129,12 +129,41 @@ static void test_bars(void** unused) {
     }
 }
 
+// A bar of 40 pixels and the letters, on grey: the bar 8 pixels from the corner, 3 high, with a black rim; the leftmost
+// column of an L of 5 x 3 pixels, 15 + 8 from the right.
+static void test_drawing(void** unused) {
+    (void)unused;
+    enum { W = 200, H = 120 };
+    OmPicture p;
+    assert_ok(om_picture_init(&p, W, H, 3));
+    memset(p.pixel, 128, 3 * W * H);
+    const OmViewMarks m = {"R", "L", "S", "I", 0.01, 39.6};
+    om__draw_marks(&p, &m);
+    int nwhite = 0, nblack = 0, first = -1;
+    for (int i = 0; i < 60; ++i) {
+        const int shade = p.pixel[3 * ((H - 10) * W + i)];
+        nwhite += shade == 255;
+        nblack += shade == 0;
+        if (shade == 255 && first < 0) first = i;
+    }
+    assert_int_equal(nwhite, 40);
+    assert_int_equal(nblack, 2);
+    assert_int_equal(first, 8);
+    for (int j = (H - 21) / 2; j < (H - 21) / 2 + 21; ++j) {
+        assert_int_equal(p.pixel[3 * (j * W + W - 23)], 255);
+        assert_int_equal(p.pixel[3 * (j * W + W - 24)], 0);
+        assert_int_equal(p.pixel[3 * (j * W + W - 25)], 128);
+    }
+    om_picture_done(&p);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_letters_point_where_they_say),
         cmocka_unit_test(test_convention),
         cmocka_unit_test(test_oblique_letters),
         cmocka_unit_test(test_bars),
+        cmocka_unit_test(test_drawing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

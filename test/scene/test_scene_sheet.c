@@ -87,7 +87,7 @@ static void test_cap(void** state) {
 static void test_dome(void** state) {
     (void)state;
     OmPatient p;
-    make_cap(4 * MM, 8 * MM, &p);
+    make_cap(4 * MM, 10 * MM, &p);
     double R = ball_radius(&p.organ), highest = 0, reach = 0;
     for (int i = 0; i < p.organ.nvert; ++i)
         highest = fmax(highest, om_norm(om_load3(p.organ.x, i)));
@@ -130,7 +130,7 @@ static OmVec3 roi_of(const char* shift) {
     snprintf(
         text, sizeof text,
         "name: x\ndata_root: /tmp\ntissue: {source: volume, file: omentum-%ld-ellipsoid.nrrd}\n"
-        "model: {label: 1, edge_mm: 8, thickness_mm: 8, side: anterior, half_length_mm: 28, "
+        "model: {label: 1, edge_mm: 12, thickness_mm: 8, side: anterior, half_length_mm: 28, "
         "half_width_mm: 20, attach: border:superior 25 %%, tumour_radius_mm: 8%s}\n",
         (long)getpid(), shift);
     OmScene scene;
