@@ -48,7 +48,7 @@ typedef struct SeriesFile {  // the values of the schema below
     CameraItem camera, right;
     double depth_unit;
     int nframe;
-    FrameItem frame[OM_SERIES_MAX];
+    FrameItem frame[];  // new_file makes them
 } SeriesFile;
 
 #define POSE_FIELDS(type, member)                                                       \
@@ -120,6 +120,12 @@ static const OmYamlField series_field[] = {
 };
 static const OmYamlSchema series_schema = {
     .title = "series", .field = series_field, .nfield = COUNT(series_field)};
+
+// Room for the values of a text of `size` bytes: its list of frames has at most one item a byte.
+static SeriesFile* new_file(size_t size) {
+    const size_t nframe = size < OM_SERIES_MAX ? size : OM_SERIES_MAX;
+    return om_calloc(1, sizeof(SeriesFile) + nframe * sizeof(FrameItem));
+}
 
 // ---- reading ------------------------------------------------------------------------------------------------------
 
@@ -232,7 +238,7 @@ OmStatus om_series_parse(const char* text, size_t size, const char* name, const 
     memset(series, 0, sizeof *series);
     OM_CHECK(strlen(dir) < sizeof series->dir, OM_INVALID, "%s: the folder's path is too long",
              name);
-    SeriesFile* file = om_calloc(1, sizeof *file);
+    SeriesFile* file = new_file(size);
     if (!file) return OM_NO_MEMORY;
     file->depth_unit = DEFAULT_UNIT;
     file->camera.near_m = file->right.near_m = 0.01;
@@ -405,9 +411,11 @@ static OmStatus print_frame(OmText* t, const OmSeriesFrame* f) {
 static OmStatus check_camera(const OmCamera* c, const char* of, bool has_pose) {
     OmText t = {0};
     OmStatus status = OM_OK;
-    SeriesFile* file = om_calloc(1, sizeof *file);
-    if (!file) return OM_NO_MEMORY;
+    SeriesFile* file = NULL;
     OM_TRY_DONE(print_camera(&t, "camera", c, has_pose));
+    file = new_file(t.len);
+    if (!file) status = OM_NO_MEMORY;
+    if (!file) goto done;
     OM_TRY_DONE(om_yaml_parse(t.str, t.len, of, &series_schema, file));
     OmPose pose;
     if (has_pose) OM_TRY_DONE(read_pose(&file->camera.pose, of, 1, "camera", &pose));
