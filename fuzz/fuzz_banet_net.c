@@ -6,6 +6,8 @@
 #include "fuzz_tensors.h"
 
 #define MAX_SIZE 20000  // weights of a network that predicts
+#define EVERY_PREDICTION \
+    4  // a prediction takes twenty times as long as a load: one of four networks, by its hash
 
 static FuzzTensors good;
 
@@ -46,10 +48,11 @@ static void load(const uint8_t* data, size_t size) {
     const char* path = fuzz_file(data, size, ".safetensors");
     OmStatus status = om_banet_net_load(path, &net);
     FUZZ_EXPECT(status <= 0);
-    if (status == OM_OK)
-        predict(net);
-    else
+    const bool is_good = size == good.size && memcmp(data, good.data, size) == 0;
+    if (status < 0)
         FUZZ_EXPECT(net == NULL && om_error_message()[0] != '\0');
+    else if (is_good || om_hash(data, size, OM_HASH_SEED) % EVERY_PREDICTION == 0)
+        predict(net);
     om_banet_net_destroy(net);
     fuzz_file_done(path);
 }

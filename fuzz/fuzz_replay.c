@@ -1,6 +1,6 @@
 // fuzz_replay.c: the fuzz targets without a fuzzer. `replay fuzz_image_png FOLDER...` gives one target every file of
 // the corpus folders, each of them cut short at many places, and each with bytes changed at random (counter-based,
-// so every run is the same).
+// so every run is the same). A file of few bytes is cut once at each byte, and is damaged less often.
 #include <dirent.h>
 #include <sys/stat.h>
 
@@ -18,7 +18,9 @@ static const struct ReplayTarget {
 #include OM_TARGET_LIST
 };
 
-enum { NCUT = 40, NDAMAGE = 100, MAX_FILE = 1 << 20 };
+enum { NCUT = 40, MIN_DAMAGE = 20, MAX_DAMAGE = 100, MAX_FILE = 1 << 20 };
+
+static int ncut, ndamage;  // that were run
 
 static int replay_file(const struct ReplayTarget* target, const char* path, uint64_t index) {
     static uint8_t data[MAX_FILE];
@@ -33,15 +35,18 @@ static int replay_file(const struct ReplayTarget* target, const char* path, uint
     memcpy(copy, data, size);
     target->run(copy, size);
     free(copy);
-    for (int i = 0; i < NCUT && size; ++i) {
-        size_t cut = size * (size_t)i / NCUT;
+    const size_t num = size < NCUT ? size : NCUT;
+    for (size_t i = 0; i < num; ++i) {
+        const size_t cut = size * i / num;
         copy = malloc(cut ? cut : 1);
         if (!copy) return 1;
         memcpy(copy, data, cut);
         target->run(copy, cut);
         free(copy);
+        ++ncut;
     }
-    for (int i = 0; i < NDAMAGE && size; ++i) {
+    size_t most = size < MIN_DAMAGE ? MIN_DAMAGE : size < MAX_DAMAGE ? size : MAX_DAMAGE;
+    for (size_t i = 0; i < most && size; ++i) {
         OmRng rng = om_rng_init(index, (uint64_t)i);
         copy = malloc(size);
         if (!copy) return 1;
@@ -50,6 +55,7 @@ static int replay_file(const struct ReplayTarget* target, const char* path, uint
             copy[om_rng_below(&rng, (uint32_t)size)] = (uint8_t)om_rng_u32(&rng);
         target->run(copy, size);
         free(copy);
+        ++ndamage;
     }
     return 0;
 }
@@ -90,6 +96,6 @@ int main(int argc, char** argv) {
         }
         free(entry);
     }
-    printf("%d files, each whole, cut at %d places and damaged %d times\n", nfile, NCUT, NDAMAGE);
+    printf("%d files whole, %d cut short, %d damaged\n", nfile, ncut, ndamage);
     return nfile > 0 ? 0 : 1;
 }

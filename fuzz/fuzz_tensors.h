@@ -5,7 +5,8 @@
 
 #include "fuzz_common.h"
 
-#define FUZZ_CHANGE 8  // bytes of one
+#define FUZZ_CHANGE 8      // bytes of one
+#define FUZZ_MAX_CHANGE 8  // of one input
 
 typedef struct FuzzTensors {  // the file of a good network
     char* data;
@@ -27,22 +28,24 @@ static inline void fuzz_tensors_take(const char* path, FuzzTensors* good) {
 /// `load` the input, and the good file with the changes that the input stands for.
 static inline void fuzz_tensors_run(const FuzzTensors* good, const uint8_t* data, size_t size,
                                     void (*load)(const uint8_t* data, size_t size)) {
+    const size_t most = size / FUZZ_CHANGE, num = most < FUZZ_MAX_CHANGE ? most : FUZZ_MAX_CHANGE;
     load(data, size);
+    if (fuzz_is_known(data, num, FUZZ_CHANGE)) return;
     uint8_t* file = malloc(good->size);
     FUZZ_EXPECT(file != NULL);
     memcpy(file, good->data, good->size);
     uint64_t header;
     memcpy(&header, good->data, sizeof header);
-    for (size_t at = 0; at + FUZZ_CHANGE <= size && at < 8 * FUZZ_CHANGE; at += FUZZ_CHANGE) {
+    for (size_t at = 0; at < num * FUZZ_CHANGE; at += FUZZ_CHANGE) {
         uint16_t place;
         float value;
         memcpy(&place, data + at + 1, sizeof place);
         memcpy(&value, data + at + 4, sizeof value);
-        size_t body = 8 + (size_t)header, num = (good->size - body) / sizeof value;
+        size_t body = 8 + (size_t)header, nvalue = (good->size - body) / sizeof value;
         if (data[at] % 2)
             file[8 + place % (size_t)header] = data[at + 3];
         else
-            memcpy(file + body + place % num * sizeof value, &value, sizeof value);
+            memcpy(file + body + place % nvalue * sizeof value, &value, sizeof value);
     }
     load(file, good->size);
     free(file);
