@@ -4,8 +4,8 @@
 #   format, layers         the formatter, tools/check_tree.py
 #   build, tests release   every quick test; one over 2 s of processor time fails (tools/slow_quick_tests.txt lists the few
 #                          that may take longer), and the demo
-#   build, tests dev       address and undefined sanitizers: the parsers, `base`, the cases of failing allocations of every
-#                          room; the rooms that changed since the last commit that passed, and those directly above them, whole.
+#   build, tests dev       address and undefined sanitizers: the parsers and their rooms, `base`, the cases of failing
+#                          allocations of every room; the rooms that changed since the last commit that passed, and those directly above them, whole.
 #                          SINCE=COMMIT names another commit; build/checked keeps the last one. A clean checkout has none.
 #   clang                  its warnings, where it is installed
 #
@@ -110,7 +110,7 @@ tests() {
 # changed: sets `whole`, the labels of the tests that run whole under the sanitizers.
 changed() {
     local since=${SINCE:-$(cat build/checked 2> /dev/null)} touched above name
-    whole='parser|room_base'
+    whole='parser|room_(base|math|image|shape|report|robot|scan)'
     if [ -z "$since" ]; then
         echo "sanitizers: no commit that passed is known; SINCE=COMMIT adds the rooms that changed"
         return
