@@ -121,11 +121,74 @@ static void test_mixture(void** state) {
     }
 }
 
+// A weight whose input is always 0 has no gradient: it only decays, by 1 - rate 1e-3 at each of the descents.
+static void test_decay(void** state) {
+    (void)state;
+    enum { MAX_WIDTH = 8 };
+    const double rate = 0.1;
+    Rig r;
+    RlJudge judge = {0};
+    OmRlDemos demos;
+    double right[2];
+    float before[MAX_WIDTH];
+    rig_init(&r);
+    r.def.gail_noise = 0;
+    const int total = r.def.horizon * NENV, nobs = r.task->nobservation;
+    assert_ok(om_rl_demos_record(r.task, 5, 1, NULL, &demos));
+    for (int i = 0; i < demos.nstep; ++i) demos.obs[i * nobs] = 0;
+    for (int i = 0; i < total; ++i) r.rollout.obs[i * nobs] = 0;
+    assert_ok(om__rl_judge_init(&r.def, &judge));
+    const OmNetParameter* first = om_net_parameter(judge.net, 0);
+    assert_int_equal(first->num, MAX_WIDTH * judge.nin);
+    const float* w = judge.param + first->adr;  // (width x nin)
+    for (int k = 0; k < MAX_WIDTH; ++k) before[k] = w[k * judge.nin];
+    assert_ok(om__rl_judge_run(&judge, &demos, 0, rate, &r.rollout, &right[0], &right[1]));
+    const double keep = pow(1 - rate * 1e-3, r.def.gail_epoch * (total / r.def.batch));
+    assert_below(keep, 0.999);
+    for (int k = 0; k < MAX_WIDTH; ++k)  // 1e-5: roundings of floats, 6e-8 for each descent
+        assert_near_rel((double)w[k * judge.nin], keep * (double)before[k], 1e-5);
+    om__rl_judge_done(&judge);
+    om_rl_demos_done(&demos);
+    rig_done(&r);
+}
+
+// Weights of 0: the logit is the last bias b everywhere, and log D = -log(1 + exp(-b)), but not below -10.
+static void test_log_d(void** state) {
+    (void)state;
+    static const struct {
+        float bias;
+        double log_d;
+    } row[] = {
+        {3, -0.048587351573742}, {-5, -5.006715348489118}, {-9.5f, -9.50007484902863}, {-50, -10}};
+    for (size_t k = 0; k < sizeof row / sizeof *row; ++k) {
+        Rig r;
+        RlJudge judge = {0};
+        OmRlDemos demos;
+        double right[2];
+        rig_init(&r);
+        r.def.weight_reward = 0;
+        r.def.weight_gail = 2;
+        assert_ok(om_rl_demos_record(r.task, 5, 1, NULL, &demos));
+        assert_ok(om__rl_judge_init(&r.def, &judge));
+        memset(judge.param, 0, om_net_parameter_size(judge.net) * sizeof *judge.param);
+        const OmNetParameter* last =
+            om_net_parameter(judge.net, om_net_parameter_count(judge.net) - 1);
+        assert_int_equal(last->num, 1);
+        judge.param[last->adr] = row[k].bias;
+        assert_ok(om__rl_judge_run(&judge, &demos, 0, 0, &r.rollout, &right[0], &right[1]));
+        for (int i = 0; i < r.def.horizon * NENV; ++i)
+            assert_near_rel(r.rollout.reward[i], 2 * row[k].log_d, 1e-12);
+        om__rl_judge_done(&judge);
+        om_rl_demos_done(&demos);
+        rig_done(&r);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_truncation),
-        cmocka_unit_test(test_normalised),
-        cmocka_unit_test(test_mixture),
+        cmocka_unit_test(test_truncation), cmocka_unit_test(test_normalised),
+        cmocka_unit_test(test_mixture),    cmocka_unit_test(test_decay),
+        cmocka_unit_test(test_log_d),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
