@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Do the tests notice a wrong line? Change one line of src/ or studies/ at a time, and run the tests of its room.
+"""Do the tests notice a wrong line? Change one line of src/, studies/ or python/omentum/ at a time,
+and run the tests of its room.
 
     tools/mutants.py                   run every mutant of test/mutants/*.txt, print a table
     tools/mutants.py --check           only read the lists: every text is still in its file, every test exists
@@ -16,7 +17,8 @@ A list is test/mutants/ROOM.txt. Blank lines and lines that begin with # are ign
 The title says what is wrong after the change. The text of the `-` lines must occur once in the file (several lines are
 joined; the indentation after `- ` counts from the first line on), and is replaced by the text of the `+` lines. `tests:`
 names the tests that should notice; they run first, then the other quick tests of the room, then its slow tests, up to
-the first that fails. `limit: quick` leaves the slow tests of the room out.
+the first that fails. `limit: quick` leaves the slow tests of the room out. The room of python/omentum/*.py is python; its
+tests are python_*, one for each python/tests/test_*.py.
 
 Everything happens in a copy of the checkout, build/mutants/tree-N, with a build folder of its own. A result is kept in
 build/mutants/journal.jsonl with hashes of the mutant, of its source file, and of the test that killed it (of all its
@@ -77,7 +79,7 @@ def read_list(path):
     for number, line in enumerate(path.read_text().split("\n"), 1):
         if not line.strip() or line.startswith("#"):
             continue
-        head = re.fullmatch(r"(\w+\.[ch]): (.+)", line)
+        head = re.fullmatch(r"(\w+\.(?:c|h|py)): (.+)", line)
         if head:
             end()
             entry = {"line": number, "file": head[1], "title": head[2], "-": [], "+": [], "tests": [], "survives": "",
@@ -115,18 +117,26 @@ def read_lists(root, rooms=None):
 
 def source_files(root):
     """File name -> path; names are unique in the tree."""
-    return {path.name: path for pattern in ("*.c", "*.h") for folder in ("src", "studies")
-            for path in (root / folder).rglob(pattern)}
+    found = {path.name: path for pattern in ("*.c", "*.h") for folder in ("src", "studies")
+             for path in (root / folder).rglob(pattern)}
+    found.update((path.name, path) for path in (root / "python" / "omentum").glob("*.py"))
+    return found
 
 
 def room_of(path):
     """The room of a source file, as in the names of its tests."""
-    return "study" if path.parent.name == "studies" else path.parent.name
+    return {"studies": "study", "omentum": "python"}.get(path.parent.name, path.parent.name)
+
+
+def is_test_of(name, room):
+    """Does a test belong to a room by its name?"""
+    return re.match("python_" if room == "python" else rf"(test|cli)_{room}(_|$)", name) is not None
 
 
 def test_files(root):
     """Test name -> its own file, as the CMake files name them."""
     found = {f"cli_{path.stem}": path for path in (root / "test" / "cli").glob("*.cmd")}
+    found.update((path.stem.replace("test_", "python_", 1), path) for path in (root / "python/tests").glob("test_*.py"))
     for lists in list((root / "test").glob("*/CMakeLists.txt")) + list((root / "samples").glob("CMakeLists.txt")):
         text = lists.read_text()
         for name, file in re.findall(r"om_test\((\w+) ([\w.]+)", text):
@@ -140,7 +150,7 @@ def stale(mutant, files):
     """None, or why the mutant no longer fits its file."""
     path = files.get(mutant.file)
     if path is None:
-        return f"no file {mutant.file} below src/ or studies/"
+        return f"no file {mutant.file} below src/, studies/ or python/omentum/"
     count = path.read_text().count(mutant.old)
     return None if count == 1 else f"its text occurs {count} times in {mutant.file}"
 
@@ -179,6 +189,10 @@ class Tree:
         shared = scratch / "shared"  # some tests read ../shared
         if (source.parent / "shared").exists() and not shared.exists():
             shared.symlink_to(source.parent / "shared")
+        packages = self.root / "build" / "python"  # of the Python tests, where tools/python_env.sh made it
+        if (source / "build" / "python").exists() and not packages.exists():
+            packages.parent.mkdir(parents=True, exist_ok=True)
+            packages.symlink_to(source / "build" / "python")
 
     def copy(self):
         """Write what differs, remove what is gone: unchanged files keep their times, and their objects."""
@@ -262,7 +276,7 @@ def room_tests(tree, mutant, room, scope):
     def is_slow(name):
         return "slow" in tree.tests[name].labels
 
-    own = [name for name in tree.tests if re.match(rf"(test|cli)_{room}(_|$)", name) or name in ROOM_CLI.get(room, [])]
+    own = [name for name in tree.tests if is_test_of(name, room) or name in ROOM_CLI.get(room, [])]
     if room == "cli":
         own = [name for name in tree.tests if name.startswith("cli_")]
     own.sort(key=lambda name: (is_slow(name), name.startswith("cli_")))
@@ -290,7 +304,7 @@ def proof_of(mutant, row, files, tests):
         names = [row["detail"]]
     elif row["outcome"] in ("survived", "untested") and mutant.file in files:
         room = room_of(files[mutant.file])
-        names = sorted(set(mutant.tests) | {n for n in tests if re.match(rf"(test|cli)_{room}(_|$)", n)})
+        names = sorted(set(mutant.tests) | {n for n in tests if is_test_of(n, room)})
     else:
         return ""
     return digest_of(*(tests[name].read_bytes() for name in names if name in tests))
@@ -305,6 +319,11 @@ def try_mutant(tree, mutant, scope):
     path = files[mutant.file]
     text = path.read_text()
     changed = text.replace(mutant.old, mutant.new)
+    if path.suffix == ".py":
+        try:
+            compile(changed, mutant.file, "exec")
+        except SyntaxError:
+            return "unbuildable", "Python refuses it"
     names = room_tests(tree, mutant, room_of(path), scope)
     compiled, before = tree.objects.get(mutant.file, (None, b""))
     count = 0

@@ -2,6 +2,7 @@
 import os
 import pickle
 import signal
+import struct
 import threading
 import time
 
@@ -103,6 +104,40 @@ def test_volumes_are_written_and_read_again(kind, tmp_path):
     assert same.values.dtype == kind and np.array_equal(same.values, values) and same.affine == pytest.approx(affine, abs=1e-9)
     with pytest.raises(om.Invalid):
         om.Volume(np.array([[[40000]]]), spacing=0.001).save(tmp_path / "w.nrrd")
+
+
+def nifti(values, slope, inter):
+    """A NIfTI-1 file of 16-bit integers and voxels of 1, 2, 3 mm, byte by byte."""
+    head = bytearray(352)
+    struct.pack_into("<i", head, 0, 348)
+    struct.pack_into("<8h", head, 40, 3, *values.shape, 1, 1, 1, 1)
+    struct.pack_into("<2h", head, 70, 4, 16)
+    struct.pack_into("<8f", head, 76, 1, 1, 2, 3, 1, 1, 1, 1)
+    struct.pack_into("<3f", head, 108, 352, slope, inter)
+    struct.pack_into("<b", head, 123, 2)
+    struct.pack_into("<2h", head, 252, 0, 1)
+    struct.pack_into("<12f", head, 280, 1, 0, 0, 5, 0, 2, 0, 6, 0, 0, 3, 7)
+    struct.pack_into("<4s", head, 344, b"n+1")
+    return bytes(head) + values.astype("<i2").tobytes(order="F")
+
+
+@pytest.mark.parametrize("slope, inter", [(1, 0), (2, 0), (1, -1024), (2, -1024), (-0.5, 3)])
+def test_stored_values_are_scaled_to_intensities(slope, inter, tmp_path):
+    stored = np.arange(24, dtype=np.int16).reshape(4, 3, 2)
+    (tmp_path / "v.nii").write_bytes(nifti(stored, slope, inter))
+    values = om.Volume.load(tmp_path / "v.nii").values
+    assert values.shape == (4, 3, 2) and values[0, 0, 0] == inter and values[3, 2, 1] == slope * 23 + inter
+    assert np.array_equal(values, np.array([slope * v + inter for v in range(24)]).reshape(4, 3, 2))
+    assert (values.dtype == np.int16) == ((slope, inter) == (1, 0))
+
+
+def test_sides_of_a_voxel_belong_to_its_axes():
+    """Axes turned by 90 degrees, and the columns of a rotation by 3-4-5 with sides of 5, 10 and 2 mm."""
+    turned = np.diag([0.0, 0, 0.003, 1])
+    turned[0, 1], turned[1, 0] = -0.002, 0.001
+    assert om.Volume(np.zeros((2, 2, 2), np.uint8), affine=turned).spacing == pytest.approx([0.001, 0.002, 0.003])
+    oblique = np.array([[0.003, -0.008, 0, 0], [0.004, 0.006, 0, 0], [0, 0, 0.002, 0], [0, 0, 0, 1]])
+    assert om.Volume(np.zeros((2, 2, 2), np.uint8), affine=oblique).spacing == pytest.approx([0.005, 0.010, 0.002])
 
 
 def test_nifti_of_another_writer_becomes_a_patient(ellipsoid, tmp_path):

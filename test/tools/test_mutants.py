@@ -157,6 +157,25 @@ class Lists(unittest.TestCase):
         self.assertEqual(self.main("--quick", "--only", "slow test", "--again")[0], 1)  # then nothing notices it
         self.assertEqual(self.main("--only", "slow test")[0], 0)  # and it is run with the slow ones again
 
+        # Python: the test of a package; a line that Python refuses.
+        self.write("python/omentum/pair.py", "def twice(a):\n    return 2 * a\n\n\ndef thrice(a):\n    return 3 * a\n")
+        self.write("python/tests/test_pair.py", "import sys\nsys.path.insert(0, 'python')\nfrom omentum import pair\n"
+                   "sys.exit(pair.twice(2) != 4)\n")
+        self.write("CMakeLists.txt", CMAKE + "add_test(NAME python_pair COMMAND python3 -B python/tests/test_pair.py\n"
+                   "    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})\n")
+        self.write("test/mutants/python.txt", "pair.py: a sum\n- 2 * a\n+ 3 * a\ntests: python_pair\n\n"
+                   "pair.py: no product\n- 3 * a\n+ 4 * a\n\npair.py: no Python\n- return 3\n+ return return 3\n")
+        self.assertEqual(self.main("--check"), (0, "9 mutants fit their files\n"))
+        code, out = self.main("--room", "python")
+        self.assertEqual(code, 1)
+        for line in ("killed      pair.py: a sum (python_pair", "survived    pair.py: no product (1 tests",
+                     "unbuildable pair.py: no Python (Python refuses it", "python          1 of    2 killed"):
+            self.assertIn(line, out)
+        self.assertIn("3 mutants, 0 to run", self.main("--room", "python")[1])
+        self.write("python/tests/test_pair.py", "")  # the test of a result has changed
+        self.assertIn("3 mutants, 2 to run", self.main("--room", "python")[1])
+        (self.root / "test/mutants/python.txt").unlink()
+
         # A survivor with its reason is no fault; the table says it.
         self.write("test/sum/test_sum_slow.c", SLOW)
         self.assertIn("1 mutants, 1 to run", self.main("--only", "slow test")[1])
