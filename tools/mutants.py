@@ -133,6 +133,11 @@ def is_test_of(name, room):
     return re.match("python_" if room == "python" else rf"(test|cli)_{room}(_|$)", name) is not None
 
 
+def file_test(name):
+    """The test whose file a test runs: om_test adds NAME_2 ... (PARTS), NAME_all and NAME_allocations."""
+    return re.sub(r"_(\d+|all|allocations)$", "", name)
+
+
 def test_files(root):
     """Test name -> its own file, as the CMake files name them."""
     found = {f"cli_{path.stem}": path for path in (root / "test" / "cli").glob("*.cmd")}
@@ -230,7 +235,8 @@ class Tree:
 
     def targets(self, name):
         """What ninja builds for a test."""
-        return ctest_files.targets(self.tests[name], self.build)
+        made = ["omentum_python"] if name.startswith("python_") and (self.root / "python/CMakeLists.txt").is_file() else []
+        return made + ctest_files.targets(self.tests[name], self.build)
 
     def make(self, targets):
         return self.call(["ninja", "-C", str(self.build), f"-j{self.jobs}", *targets])
@@ -282,6 +288,7 @@ def room_tests(tree, mutant, room, scope):
     own.sort(key=lambda name: (is_slow(name), name.startswith("cli_")))
     own = [name for name in own if not is_slow(name) or (mutant.slow and scope == "all")]
     named = [name for name in mutant.tests if name in tree.tests]
+    named += [name for name in tree.tests if name not in named and re.search(r"_\d+$", name) and file_test(name) in named]
     return named + [name for name in own if name not in named and scope != "named"]
 
 
@@ -301,7 +308,7 @@ def key_of(mutant, files):
 def proof_of(mutant, row, files, tests):
     """Hash of the tests that a result rests on: the one that killed it, or all of its room and those it names."""
     if row["outcome"] == "killed":
-        names = [row["detail"]]
+        names = [row["detail"] if row["detail"] in tests else file_test(row["detail"])]
     elif row["outcome"] in ("survived", "untested") and mutant.file in files:
         room = room_of(files[mutant.file])
         names = sorted(set(mutant.tests) | {n for n in tests if is_test_of(n, room)})
@@ -329,7 +336,7 @@ def try_mutant(tree, mutant, scope):
     count = 0
     try:
         for name in names:
-            if name in mutant.tests and name not in tree.base:
+            if {name, file_test(name)} & set(mutant.tests) and name not in tree.base:
                 path.write_text(text)
                 tree.baseline(name)
             if tree.base.get(name, 0) is None:

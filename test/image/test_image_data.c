@@ -105,7 +105,7 @@ static void test_breast_nrrd(void** unused) {
     static const char* const name[] = {"breast_victre/p_1.nhdr", "breast_victre/pc_1.nhdr"};
     static const double volume_mm3[] = {257618, 256225};
     static const OmVec3 nipple[] = {{60.85, 0.09, -16.76}, {66.54, -1.61, -0.94}};
-    for (int f = 0; f < 2; f++) {
+    for (int f = 0; f < test_count(1, 2); f++) {
         OmVolume v;
         double start = om_clock_now();
         load(name[f], &v);

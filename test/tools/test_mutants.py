@@ -188,6 +188,16 @@ class Lists(unittest.TestCase):
 
 
 class Checkout(unittest.TestCase):
+    def test_a_part_of_a_file_is_a_test_of_that_file(self):
+        class Tree:
+            tests = dict.fromkeys(["test_sum_pair", "test_sum_pair_2", "test_sum_pair_all"], None)
+
+        for name in Tree.tests:
+            self.assertEqual(mutants.file_test(name), "test_sum_pair")
+            Tree.tests[name] = type("Test", (), {"labels": {"slow"} if name.endswith("all") else set()})
+        mutant = type("Mutant", (), {"tests": ("test_sum_pair",), "slow": True})
+        self.assertEqual(mutants.room_tests(Tree, mutant, "sum", "named"), ["test_sum_pair", "test_sum_pair_2"])
+
     def test_the_lists_fit_the_sources(self):
         self.maxDiff = None
         self.assertEqual(mutants.check(ROOT, mutants.read_lists(ROOT)), [])
