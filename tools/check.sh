@@ -29,7 +29,7 @@ if [ -n "$room" ] && [ ! -d "test/$room" ] && [ ! -d "$room" ]; then
     exit 2
 fi
 # Debt: the aim is 2 s; doc/check_times.md shows the tests that are above.
-LIMIT=5
+LIMIT=6
 # Two tests run side by side, each with threads of its own: waiting threads must not spin.
 export OMP_WAIT_POLICY=passive
 # A compiler cache is used where it is installed.
