@@ -8,6 +8,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "cli_common.h"
+
 #define ASK \
     "  say go, plan, forbid 3 2, allow 3 2, attach 3 2, free 3 2, slow 0.5, pause or abort\n"
 
@@ -88,9 +90,10 @@ OmStatus om_cli_supervise(void* person, OmLoop* loop) {
     if (om_loop_phase(loop) == OM_LOOP_ENDED) return OM_OK;
     if (read_line(p, 0)) return obey(p, loop);
     if (p->is_paced || !waits(loop)) return OM_OK;
-    while (waits(loop) && !p->has_ended)
+    // a signal ends the wait, too: the progress report after it cancels the run
+    while (waits(loop) && !p->has_ended && !om_cli_is_interrupted())
         if (read_line(p, 100)) return obey(p, loop);
-    if (!p->has_ended || !waits(loop)) return OM_OK;
+    if (om_cli_is_interrupted() || !p->has_ended || !waits(loop)) return OM_OK;
     fprintf(stderr, "           nobody answers: the operation ends\n");
     return om_loop_command(loop, &(OmLoopCommand){OM_LOOP_ABORT});
 }

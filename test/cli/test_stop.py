@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """SIGTERM ends every verb within 2 s on an idle machine: exit code 130, a sentence that says what is kept, finished work kept.
 
-    test_stop.py PROGRAM [VERB or "resume"]
+    test_stop.py PROGRAM [VERB, "resume" or "waiting"]
 
 Each verb begins on a small input with one worker. When it has computed for a while it gets the signal. The time until its
 end is processor time, so that other work on the machine does not count. Verbs that continue are called again, until the
@@ -164,6 +164,31 @@ def check_resume(program, verb, options, after):
         assert left == ["cut"], left
 
 
+def check_waiting(program, number):
+    """A run that waits for a person computes nothing, and still ends: its record is kept. Its input stays open."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        (folder / "small.yaml").write_text(SCENE)
+        process = subprocess.Popen([program, "retract", "small.yaml", "--supervise", "-o", "out"], cwd=folder, stdin=subprocess.PIPE,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process.stdin.write("pause\n")
+        process.stdin.flush()
+        begin, before = time.monotonic(), -1.0
+        while processor_time(process.pid) != before or before < 0.1:  # half a second without work: it waits
+            assert time.monotonic() < begin + DEADLINE, "the run does not wait for the person"
+            before = processor_time(process.pid)
+            time.sleep(0.5)
+        assert process.poll() is None, process.stderr.read()
+        process.send_signal(number)
+        try:
+            process.wait(DEADLINE / 4)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise AssertionError(f"a paused run ignores signal {number}") from None
+        said = process.stderr.read()
+        assert process.returncode == 130 and RECORD in said, f"{process.returncode} {said}"
+
+
 RESUMED = ("preplan", "coarse.yaml --again 1", 0.25)
 
 
@@ -179,6 +204,9 @@ def main():
             check(program, case)
     if not only or "resume" in only:
         check_resume(program, *RESUMED)
+    if not only or "waiting" in only:
+        check_waiting(program, signal.SIGINT)
+        check_waiting(program, signal.SIGTERM)
     if not only or "preplan" in only:
         check(program, next(c for c in CASES if c[0] == "preplan"), signal.SIGINT)
 
