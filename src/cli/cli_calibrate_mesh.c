@@ -5,7 +5,6 @@
 static const OmCliOption option[] = {
     OM_CLI_OPTION_DATA,
     {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
-    OM_CLI_OPTION_WORKERS,
     OM_CLI_OPTION_QUIET,
 };
 
