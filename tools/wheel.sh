@@ -28,7 +28,8 @@ if [ "$(id -u)" -eq 0 ] && command -v setpriv > /dev/null; then
     as_user=(setpriv --reuid=65534 --regid=65534 --clear-groups)
     chown -R 65534:65534 "$tmp"
 fi
-run() { "${as_user[@]}" env HOME="$tmp" "$@"; }  # nobody, where this is root
+# Nobody, where this is root: a compiler cache that CCACHE_DIR names may be closed to that user.
+run() { "${as_user[@]}" env -u CCACHE_DIR HOME="$tmp" "$@"; }
 if ! run "$python" -c '' 2> /dev/null; then  # a python below root's home
     if run /usr/bin/python3 -c '' 2> /dev/null; then python=/usr/bin/python3; else as_user=(); fi
 fi
