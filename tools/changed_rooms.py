@@ -14,14 +14,10 @@ import re
 import subprocess
 import sys
 
-PUBLIC_ROOM = {"vec": "math", "body": "world"}  # as in tools/check_tree.py
+from check_tree import Tree
+
 FOLDERS = {"studies": "study", "python": "python", "samples": "sample"}
 EVERYTHING = re.compile(r"CMakeLists\.txt|CMakePresets\.json|cmake/.*|test/[^/]*|include/omentum/vec\.h")
-
-
-def room_of_header(name):
-    stem = pathlib.PurePath(name).name[:-2]
-    return PUBLIC_ROOM.get(stem, stem.split("_")[0])
 
 
 def room_of(path):
@@ -30,7 +26,7 @@ def room_of(path):
     if EVERYTHING.fullmatch(path):
         return "all"
     if part[0] == "include":
-        return room_of_header(path)
+        return Tree.header_room(part[-1])
     if part[0] in ("src", "test") and len(part) > 2:
         return part[1]
     if part[0] == "fuzz" and len(part) > 1:
@@ -55,7 +51,7 @@ def users(root):
         for path in sorted((root / folder).rglob("*.[ch]")):
             room = "study" if folder == "studies" else path.relative_to(root / "src").parts[0]
             for name in re.findall(r'^\s*#\s*include\s+"omentum/(\w+\.h)"', path.read_text(encoding="utf-8"), re.M):
-                uses.setdefault(room, set()).add(room_of_header(name))
+                uses.setdefault(room, set()).add(Tree.header_room(name))
     return uses
 
 

@@ -1,21 +1,8 @@
 // test_rl_retract.c: the task "retract": scene, steps, rewards, sleep, snapshots.
-#include "omentum/rl_retract.h"
-#include "rl/rl_retract_internal.h"
+#include "retract_rig.h"
 #include "test_alloc.h"
 
 enum { NENV = 4 };
-
-static OmRlTask* make(const OmRlSetting* setting, int n) {
-    OmRlTask* task;
-    assert_ok(om_rl_task_create("retract", setting, n, &task));
-    return task;
-}
-
-static OmRlRetractState* make_state(const OmRlTask* task) {
-    void* state;
-    assert_ok(task->ops->state_create(task, &state));
-    return state;
-}
 
 static OmRlTask* shared;          // default settings
 static OmRlTask* thesis_gripper;  // the thesis's reward, and an action for the gripper

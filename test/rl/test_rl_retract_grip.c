@@ -1,19 +1,5 @@
 // test_rl_retract_grip.c: fat that slips out of the jaws, and the margin around the tumour.
-#include "omentum/rl_retract.h"
-#include "rl/rl_retract_internal.h"
-#include "test_common.h"
-
-static OmRlTask* make(const OmRlSetting* setting, int n) {
-    OmRlTask* task;
-    assert_ok(om_rl_task_create("retract", setting, n, &task));
-    return task;
-}
-
-static OmRlRetractState* make_state(const OmRlTask* task) {
-    void* state;
-    assert_ok(task->ops->state_create(task, &state));
-    return state;
-}
+#include "retract_rig.h"
 
 // Fat slips out of the jaws beyond a force. Weight lifted off the kidney exceeds it: never held after a step beyond it.
 static void test_slip(void** state) {

@@ -1,22 +1,8 @@
 // test_rl_retract_settings.c: what the settings of the task "retract" do: errors, horizon, repeat, points, starts.
-#include "omentum/rl_retract.h"
-#include "rl/rl_retract_internal.h"
-#include "test_common.h"
+#include "retract_rig.h"
 
 static OmRlTask* shared;  // default settings
 static OmRlTask* other;   // a cost of steps, and an end for a tip that stands
-
-static OmRlTask* make(const OmRlSetting* setting, int n) {
-    OmRlTask* task;
-    assert_ok(om_rl_task_create("retract", setting, n, &task));
-    return task;
-}
-
-static OmRlRetractState* make_state(const OmRlTask* task) {
-    void* state;
-    assert_ok(task->ops->state_create(task, &state));
-    return state;
-}
 
 static int setup(void** state) {
     (void)state;

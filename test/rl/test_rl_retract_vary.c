@@ -1,13 +1,5 @@
 // test_rl_retract_vary.c: episodes with bodies drawn around the def.
-#include "omentum/rl_retract.h"
-#include "rl/rl_retract_internal.h"
-#include "test_common.h"
-
-static OmRlTask* make(const OmRlSetting* setting, int n) {
-    OmRlTask* task;
-    assert_ok(om_rl_task_create("retract", setting, n, &task));
-    return task;
-}
+#include "retract_rig.h"
 
 // Bodies keep to their ranges, episodes draw all of them, and an episode is that of its body's own task.
 static void test_variants(void** state) {
