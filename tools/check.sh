@@ -2,11 +2,12 @@
 # check.sh [--all] [ROOM]: what must hold before a change lands. `make check` runs it after the set-up.
 #
 #   format, layers         the formatter, tools/check_tree.py
-#   build, tests release   every quick test; one over LIMIT seconds of processor time fails (tools/slow_quick_tests.txt lists
-#                          the few that may take longer), and the demo
-#   build, tests dev       address and undefined sanitizers: the parsers and their rooms, `base`, the cases of failing
-#                          allocations of every room; the rooms that changed since the last commit that passed, and those directly above them, whole.
-#                          SINCE=COMMIT names another commit; build/checked keeps the last one. A clean checkout has none.
+#   build, tests release   every quick test, and the demo. A test over LIMIT seconds of processor time fails, unless
+#                          tools/slow_quick_tests.txt names it with a reason
+#   build, tests dev       address and undefined sanitizers. Whole: the parsers and their rooms, `base`, the rooms that
+#                          changed since the last commit that passed, and those directly above them. Of every other room
+#                          the cases of failing allocations. build/checked has that commit (a clean checkout has none),
+#                          SINCE=COMMIT names another one
 #   clang                  its warnings, where it is installed
 #
 # With ROOM only the tests of that room, whole in both builds. With --all (`make check-all`, hours) every quick test under the

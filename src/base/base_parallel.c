@@ -1,4 +1,4 @@
-// base_parallel.c: the only file that uses threads.
+// base_parallel.c: the threads of loops and teams; nothing but base_job.c makes others.
 //
 // Work is cut into blocks that do not depend on the worker count, so results that are reduced in block order have the
 // same bytes with one worker or many.
@@ -9,13 +9,9 @@
 //   - a loop begins at once; helpers that arrive join it, and the caller waits only for helpers that hold a block;
 //   - a team, whose members split work by rank, starts with the helpers that arrived within WINDOW.
 // A waiting thread spins for a while, because a barrier of a CG iteration lasts microseconds and a futex costs more,
-// and then sleeps on a futex. On a crowded machine (base_processor.c) it sleeps at once, and teams are smaller: two
-// workers on two processors that others used were twenty times slower than one. There a loop is offered to helpers
-// only after LONG: waiting for a helper that holds a short block and is not run costs more than the helper saves.
-// None of this changes a result.
-//
-// Tried and rejected: OpenMP. Its threads spin for 3 ms at the end of a region, a team waits for every member, and its
-// policy can be set by the environment only, before the process starts.
+// and then sleeps on a futex. On a crowded machine (base_processor.c) it sleeps at once, teams are smaller, and a loop
+// is offered to helpers only after LONG. None of this changes a result.
+// Rejected: OpenMP, whose threads spin for 3 ms at the end of a region, and whose teams wait for every member.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
