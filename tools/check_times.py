@@ -47,7 +47,7 @@ def main():
     total = [sum(row["processor"] for row in table.values()) for table in (release, dev, before)]
     lines = ["# Times of the check", "",
              f"Written by `tools/check_times.py` after `make check` of {commit}: not edited by hand. Seconds of processor time on the",
-             "two-core reference machine, which other work may share; a second run differs by up to a tenth.", "",
+             "two-core reference machine, which other work may share; a second run differs by up to a fifth.", "",
              "| tests | release | sanitizers |" + (" release, before |" if before else ""),
              "|---|---|---|" + ("---|" if before else ""),
              f"| all | {total[0]:.0f} ({len(release)}) | {total[1]:.0f} ({len(dev)}) |" + (f" {total[2]:.0f} ({len(before)}) |" if before else ""), "",
