@@ -293,6 +293,7 @@ static OmStatus mesh_organ(const OmModelDef* def, OmBody* body, const OmProgress
                        .nworker = def->nworker};
     om_sdf_bounds(&body->sdf, &task.lo, &task.hi);
     OM_TRY(om__mesh_with_volume(&task, progress, &patient->mesh, report));
+    OM_TRY(om_progress_report(progress, "labels", 0, 1));
     om__body_label_elements(def, body, &patient->mesh);
     return OM_OK;
 }
@@ -385,12 +386,14 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         OM_TRY_DONE(om__sheet_build(def, &body, progress, patient, report));
     } else {
         OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
+        OM_TRY_DONE(om_progress_report(progress, "surface error", 0, 1));
         OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
         om_surface_done(&patient->organ);  // it is the tissue itself, not the organ below it
         if (def->over.nlabel > 0)
             OM_TRY_DONE(om__over_build(def, volume, progress, patient, report));
     }
     OM_TRY_DONE(om__patient_check_materials(patient));
+    OM_TRY_DONE(om_progress_report(progress, "quality", 0, 1));
     OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));
     if (report->label_volume > 0) {
         double built = is_sheet ? report->surface_volume : report->quality.volume;

@@ -383,18 +383,23 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
     const OmVolume* v = &body->volume;
     OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->grid.origin));
     const double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
-    double best = HUGE_VAL;
+    // the voxel that holds p, where it has a label, bounds the distance of those worth a look
+    double best = HUGE_VAL, most = HUGE_VAL;
     int label = otherwise;
-    for (int n = 0; n < 125; n++) {
+    for (int k = -1; k < 125; k++) {
+        const int n = k < 0 ? 62 : k;
         double c[3] = {at[0] + n % 5 - 2, at[1] + n / 5 % 5 - 2, at[2] + n / 25 - 2};
         bool is_in = c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < v->grid.dim[0] &&
                      c[1] < v->grid.dim[1] && c[2] < v->grid.dim[2];
         if (!is_in) continue;
-        size_t adr = om_grid_index(v->grid.dim, (int)c[0], (int)c[1], (int)c[2]);
-        double value = om_volume_value(v, adr);
-        if (!is_selected(def, body, value) || fabs(value) >= 2147483647.0) continue;
         double d = om_norm2(om_mat3_apply(v->grid.axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
-        if (d >= best) continue;
+        if (d >= best || d > most) continue;
+        double value = om_volume_value(v, om_grid_index(v->grid.dim, (int)c[0], (int)c[1], (int)c[2]));
+        if (!is_selected(def, body, value) || fabs(value) >= 2147483647.0) continue;
+        if (k < 0) {
+            most = d;
+            continue;
+        }
         best = d;
         label = (int)value;
     }

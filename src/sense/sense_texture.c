@@ -20,10 +20,16 @@ typedef struct Bake {
     double lattice[3][NLATTICE * NLATTICE * NLATTICE];  // -1 to 1
 } Bake;
 
-static int wrap(int i, int n) { return ((i % n) + n) % n; }
+// Points lie within one period, moved by little: no division.
+static int wrap(int i, int n) {
+    while (i < 0) i += n;
+    while (i >= n) i -= n;
+    return i;
+}
 
-static int cell_index(int i, int j, int k, int n) {
-    return (wrap(k, n) * n + wrap(j, n)) * n + wrap(i, n);
+static int floor_of(double x) {
+    int i = (int)x;
+    return i - (i > x);
 }
 
 static void fill_random(OmSenseTexture texture, Bake* bake) {
@@ -40,30 +46,36 @@ static void fill_random(OmSenseTexture texture, Bake* bake) {
 
 // Smooth periodic noise, -1 to 1, with n values along the period.
 static double noise(const double* lattice, int n, const double p[3]) {
-    int base[3];
-    double f[3], sum = 0;
+    int at[3][2];
+    double f[3][2], sum = 0;
     for (int k = 0; k < 3; ++k) {
         double x = p[k] * n;
-        base[k] = (int)floor(x);
-        x -= base[k];
-        f[k] = x * x * (3 - 2 * x);
+        const int base = floor_of(x);
+        x -= base;
+        f[k][1] = x * x * (3 - 2 * x);
+        f[k][0] = 1 - f[k][1];
+        for (int i = 0; i < 2; ++i) at[k][i] = wrap(base + i, n);
     }
     for (int c = 0; c < 8; ++c) {
         int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-        double weight = (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]);
-        sum += weight * lattice[cell_index(base[0] + i, base[1] + j, base[2] + k, n)];
+        double weight = f[0][i] * f[1][j] * f[2][k];
+        sum += weight * lattice[(at[2][k] * n + at[1][j]) * n + at[0][i]];
     }
     return sum;
 }
 
 // Distances, in cells, to the nearest and the second nearest point; returns the nearest.
 static int find_lobule(const Bake* bake, const double p[3], double* nearest, double* second) {
-    int best = 0, base[3];
+    int best = 0, base[3], wrapped[3][3];
     double d1 = 9, d2 = 9;
-    for (int k = 0; k < 3; ++k) base[k] = (int)floor(p[k] * NCELL);
+    for (int k = 0; k < 3; ++k) {
+        base[k] = floor_of(p[k] * NCELL);
+        for (int i = 0; i < 3; ++i) wrapped[k][i] = wrap(base[k] + i - 1, NCELL);
+    }
     for (int c = 0; c < 27; ++c) {
-        const int at[3] = {base[0] + c % 3 - 1, base[1] + c / 3 % 3 - 1, base[2] + c / 9 - 1};
-        int cell = cell_index(at[0], at[1], at[2], NCELL);
+        const int of[3] = {c % 3, c / 3 % 3, c / 9};
+        const int at[3] = {base[0] + of[0] - 1, base[1] + of[1] - 1, base[2] + of[2] - 1};
+        int cell = (wrapped[2][of[2]] * NCELL + wrapped[1][of[1]]) * NCELL + wrapped[0][of[0]];
         double sum = 0;
         for (int k = 0; k < 3; ++k) {
             double e = at[k] + bake->point[cell][k] - p[k] * NCELL;

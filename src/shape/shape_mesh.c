@@ -214,35 +214,46 @@ static void sort_three(int v[3]) {
     }
 }
 
+// Faces lie in buckets of their lowest vertex, the other two vertices of each as one key: a bucket is read in order.
 OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor) {
     OmStatus status = OM_OK;
-    int *head = NULL, *next = NULL;
+    int *begin = NULL, *end = NULL, *bucket = NULL;
+    uint64_t* key = NULL;
     OM_CHECK(mesh->ntet <= INT_MAX / 4, OM_INVALID, "%d tetrahedra are too many", mesh->ntet);
-    int nface = 4 * mesh->ntet;
-    OM_ALLOC_DONE(head, mesh->nvert);
-    OM_ALLOC_DONE(next, nface);
-    for (int v = 0; v < mesh->nvert; v++) head[v] = -1;
+    const int nface = 4 * mesh->ntet;
+    OM_CALLOC_DONE(begin, (size_t)mesh->nvert + 1);
+    OM_ALLOC_DONE(end, mesh->nvert);
+    OM_ALLOC_DONE(bucket, nface);
+    OM_ALLOC_DONE(key, nface);
     for (int f = 0; f < nface; f++) {
-        int v[3], w[3], partner = -1;
+        int v[3];
+        face_of(mesh, f, v);
+        begin[1 + (v[0] < v[1] ? (v[0] < v[2] ? v[0] : v[2]) : (v[1] < v[2] ? v[1] : v[2]))]++;
+    }
+    for (int v = 0; v < mesh->nvert; v++) begin[v + 1] += begin[v];
+    memcpy(end, begin, (size_t)mesh->nvert * sizeof *end);
+    for (int f = 0; f < nface; f++) {
+        int v[3], partner = -1;
         face_of(mesh, f, v);
         sort_three(v);
-        for (int g = head[v[0]]; g >= 0; g = next[g]) {
-            face_of(mesh, g, w);
-            sort_three(w);
-            if (v[1] != w[1] || v[2] != w[2]) continue;
+        const uint64_t mine = (uint64_t)v[1] << 32 | (uint64_t)v[2];
+        for (int i = begin[v[0]]; i < end[v[0]]; i++) {
+            if (key[i] != mine) continue;
             OM_CHECK_DONE(partner < 0, OM_INVALID,
                           "element %d: face %d %d %d belongs to three elements", f / 4, v[0], v[1],
                           v[2]);
-            partner = g;
+            partner = bucket[i];
         }
-        next[f] = head[v[0]];
-        head[v[0]] = f;
+        bucket[end[v[0]]] = f;
+        key[end[v[0]]++] = mine;
         neighbor[f] = partner < 0 ? -1 : partner / 4;
         if (partner >= 0) neighbor[partner] = f / 4;
     }
 done:
-    om_free(head);
-    om_free(next);
+    om_free(begin);
+    om_free(end);
+    om_free(bucket);
+    om_free(key);
     return status;
 }
 
