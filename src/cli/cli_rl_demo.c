@@ -88,12 +88,22 @@ static OmStatus make(const OmCliArgs* args, const OmRlTask* task, OmRlDemos* dem
     return OM_OK;
 }
 
-static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
+// Files are checked before the task is made, which may take a second.
+static OmStatus check_files(const OmCliArgs* args) {
     const char *path = om_cli_get(args, "--output"), *from;
-    OmRlDemos demos = {0};
     OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
-    for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k)
+    for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
+        OmRlTrace trace;
         OM_TRY(om_path_check_apart(from, path));
+        OM_TRY(om_rl_trace_load(from, &trace));
+        om_rl_trace_done(&trace);
+    }
+    return OM_OK;
+}
+
+static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
+    const char* path = om_cli_get(args, "--output");
+    OmRlDemos demos = {0};
     om_cli_clean_beside(path);
     OmStatus status = make(args, task, &demos);
     if (status >= 0) status = om_rl_demos_save(&demos, path);
@@ -118,12 +128,16 @@ int om_cli_rl_demo(int argc, char** argv) {
     int npositional;
     OmRlTask* task = NULL;
     OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_rl_task(&args, &task);
     if (status >= 0 && !om_cli_get(&args, "--output"))
         status = om_error(OM_INVALID, "give the file of demonstrations (-o FILE)");
     if (status >= 0 && om_cli_get(&args, "--from") && om_cli_get(&args, "--number"))
         status = om_error(
             OM_INVALID, "--number is of the expert; --from gives one demonstration for each table");
+    if (status >= 0) {
+        status = check_files(&args);
+        if (status < 0) return om_cli_fail("rl demo", status);
+        status = om_cli_rl_task(&args, &task);
+    }
     if (status < 0) {
         fprintf(stderr, "omentum rl demo: %s\n", om_error_message());
         om_rl_task_destroy(task);

@@ -394,7 +394,8 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
         if (!is_in) continue;
         double d = om_norm2(om_mat3_apply(v->grid.axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
         if (d >= best || d > most) continue;
-        double value = om_volume_value(v, om_grid_index(v->grid.dim, (int)c[0], (int)c[1], (int)c[2]));
+        double value =
+            om_volume_value(v, om_grid_index(v->grid.dim, (int)c[0], (int)c[1], (int)c[2]));
         if (!is_selected(def, body, value) || fabs(value) >= 2147483647.0) continue;
         if (k < 0) {
             most = d;

@@ -265,14 +265,14 @@ static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
         sum += rr;
     }
     for (int i = 0; i < S->nvert && A->exact; ++i) {
+        double y[3] = {0, 0, 0};
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+            const double *a = A->exact + 9 * (size_t)k, *x = S->xd + 3 * (size_t)A->col[k];
+            for (int r = 0; r < 3; ++r) y[r] += a[r] * x[0] + a[r + 3] * x[1] + a[r + 6] * x[2];
+        }
         for (size_t r = 0; r < 3; ++r) {
             size_t n = 3 * (size_t)i + r;
-            double y = 0;
-            for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
-                const double *a = A->exact + 9 * (size_t)k + r, *x = S->xd + 3 * (size_t)A->col[k];
-                y += a[0] * x[0] + a[3] * x[1] + a[6] * x[2];
-            }
-            S->rd[n] = S->fixed[n] ? 0 : b[n] - y;
+            S->rd[n] = S->fixed[n] ? 0 : b[n] - y[r];
             sum += S->rd[n] * S->rd[n];
         }
     }

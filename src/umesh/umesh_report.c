@@ -52,31 +52,48 @@ static OmStatus add_surface(OmSenseScene* scene, const OmSurface* surface,
     return om_sense_scene_add(scene, surface, look, &id);
 }
 
+// Where the vertices of the organ's surface lie in the grid, for all pictures.
+typedef struct Place {
+    int* elem;       //                                                   (nvert)
+    double* weight;  // of the element's nodes                        (nvert x 8)
+} Place;
+
+static void place_done(Place* place) {
+    om_free(place->elem);
+    om_free(place->weight);
+}
+
+static OmStatus place_init(const OmUmeshOrgan* organ, Place* place) {
+    const OmSurface* rest = &organ->surface;
+    *place = (Place){0};
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(place->elem, rest->nvert);
+    OM_ALLOC_DONE(place->weight, 8 * (size_t)rest->nvert);
+    OM_TRY_DONE(
+        om_fem_mesh_embed(&organ->grid.fem.mesh, rest->nvert, rest->x, place->elem, place->weight));
+done:
+    if (status < 0) place_done(place);
+    return status;
+}
+
 // The organ's surface, deformed with the grid.
-static OmStatus add_organ(OmSenseScene* scene, const OmUmeshOrgan* organ, const double* u) {
+static OmStatus add_organ(OmSenseScene* scene, const OmUmeshOrgan* organ, const Place* place,
+                          const double* u) {
     const OmFemMesh* mesh = &organ->grid.fem.mesh;
     const OmSurface* rest = &organ->surface;
-    OmSurface moved = {0};
-    int* elem = NULL;
-    double* weight = NULL;
-    OmStatus status = OM_OK;
-    OM_TRY_DONE(om_surface_init(&moved, rest->nvert, rest->ntri));
-    OM_ALLOC_DONE(elem, rest->nvert);
-    OM_ALLOC_DONE(weight, 8 * (size_t)rest->nvert);
-    OM_TRY_DONE(om_fem_mesh_embed(mesh, rest->nvert, rest->x, elem, weight));
+    OmSurface moved;
+    OM_TRY(om_surface_init(&moved, rest->nvert, rest->ntri));
     memcpy(moved.tri_vert, rest->tri_vert, 3 * (size_t)rest->ntri * sizeof(int));
     for (int i = 0; i < rest->nvert; ++i) {
         OmVec3 p = om_load3(rest->x, i);
         for (int a = 0; a < 8; ++a)
-            p = om_madd(p, weight[8 * i + a], om_load3(u, mesh->elem_node[8 * elem[i] + a]));
+            p = om_madd(p, place->weight[8 * i + a],
+                        om_load3(u, mesh->elem_node[8 * place->elem[i] + a]));
         om_store3(moved.x, i, p);
     }
     OmSenseLook look = {.red = 0.93, .green = 0.74, .blue = 0.66, .gloss = 0.15, .is_smooth = true};
-    status = add_surface(scene, &moved, &look);
-done:
+    OmStatus status = add_surface(scene, &moved, &look);
     om_surface_done(&moved);
-    om_free(elem);
-    om_free(weight);
     return status;
 }
 
@@ -134,8 +151,8 @@ static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSens
 }
 
 // A sample is a function of its index, so samples for pictures are solved again.
-static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, int index,
-                            OmReport* report) {
+static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, const Place* place,
+                            int index, OmReport* report) {
     size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->fem.mesh.nnode;
     unsigned char* mask = NULL;
     double* u = NULL;
@@ -147,7 +164,7 @@ static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, in
     OM_ALLOC_DONE(u, 3 * nnode);
     OM_TRY_DONE(om_umesh_sample_make(solver, index, &a, mask, u));
     OM_TRY_DONE(om_sense_scene_create(&scene));
-    OM_TRY_DONE(add_organ(scene, def->organ, u));
+    OM_TRY_DONE(add_organ(scene, def->organ, place, u));
     OM_TRY_DONE(add_patch(scene, om_umesh_organ_grid(def->organ), mask, a.npatch, u));
     snprintf(caption, sizeof caption,
              "Sample %d: %s, %.2f N at %.0f degrees from the normal, largest displacement %.1f mm; "
@@ -232,11 +249,14 @@ OmStatus om__umesh_write_report(const OmUmeshDataDef* def, const OmUmeshSummary*
     add_settings(def, &report);
     add_histogram(s, bin, &report);
     if (def->npicture > 0) om_report_heading(&report, "Samples");
-    OmStatus status = OM_OK;
+    Place place = {0};
+    OmStatus status = def->npicture > 0 ? place_init(def->organ, &place) : OM_OK;
     for (int k = 0; k < def->npicture && status == OM_OK; ++k) {  // the extremes, then the first
         int index = k == 0 ? max : k == 1 && press >= 0 ? press : k - 2;
-        if (index >= 0 && index < s->nsample) status = add_picture(def, solver, index, &report);
+        if (index >= 0 && index < s->nsample)
+            status = add_picture(def, solver, &place, index, &report);
     }
+    place_done(&place);
     if (status == OM_OK) return om_report_save(&report, path);
     om_report_done(&report);
     return status;
