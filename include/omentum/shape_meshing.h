@@ -86,6 +86,8 @@ typedef struct OmPatchDef {
     double w_p[2];  // ... of the noise, which runs over 0-1; 0.1-0.4
     // Wavelength of the noise, m; 0 (default): a quarter of the largest distance.
     double noise_length;
+    // Normals of the surface's vertices, borrowed, for many patches of one surface; null (default): computed. (nvert x 3)
+    const double* normal;
 } OmPatchDef;
 
 OM_API OmPatchDef om_patch_default_def(double share, uint64_t seed);

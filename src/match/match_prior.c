@@ -21,28 +21,38 @@
 #define LEAST 0.02       // probabilities of the bank stay this far from 0 and 1
 #define MAX_TEMPERATURE 1e6
 
-static OmStatus add_patch(const OmMatch* m, const int* on_surface, const int* index, double share,
-                          uint64_t seed, unsigned char* hypothesis) {
+typedef struct Bank {  // what all patches share
+    const OmMatch* m;
+    int *on_surface, *index;  // candidate to vertex of the surface, and back
+    double* normal;           // of the surface's vertices                (nvert x 3)
+} Bank;
+
+static OmStatus add_patch(const Bank* bank, double share, uint64_t seed,
+                          unsigned char* hypothesis) {
+    const OmMatch* m = bank->m;
     OmPatchDef def = om_patch_default_def(share, seed);
+    def.normal = bank->normal;
     int *vert, nvert;
-    OM_TRY(
-        om_surface_random_patch(&m->surface, on_surface, m->view.ncandidate, &def, &vert, &nvert));
-    for (int k = 0; k < nvert; ++k) hypothesis[index[vert[k]]] = 1;
+    OM_TRY(om_surface_random_patch(&m->surface, bank->on_surface, m->view.ncandidate, &def, &vert,
+                                   &nvert));
+    for (int k = 0; k < nvert; ++k) hypothesis[bank->index[vert[k]]] = 1;
     om_free(vert);
     return OM_OK;
 }
 
 OmStatus om__match_make_prior(OmMatch* m) {
     int n = m->view.ncandidate, count = m->def.nhypothesis;
-    int *on_surface = NULL, *index = NULL;
+    Bank bank = {.m = m};
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(on_surface, n);
-    OM_ALLOC_DONE(index, m->surface.nvert);
+    OM_ALLOC_DONE(bank.on_surface, n);
+    OM_ALLOC_DONE(bank.index, m->surface.nvert);
+    OM_ALLOC_DONE(bank.normal, 3 * (size_t)m->surface.nvert);
+    om_surface_normals(&m->surface, bank.normal);
     m->hypothesis = om_calloc((size_t)count * (size_t)n, 1);
     OM_CHECK_DONE(m->hypothesis, OM_NO_MEMORY, "out of memory");
     for (int i = 0; i < n; ++i) {
-        on_surface[i] = m->surface_of[m->candidate[i]];
-        index[on_surface[i]] = i;
+        bank.on_surface[i] = m->surface_of[m->candidate[i]];
+        bank.index[bank.on_surface[i]] = i;
     }
     for (int h = 0; h < count; ++h) {
         OmRng rng = om_rng_init(m->def.seed, (uint64_t)h);
@@ -50,13 +60,13 @@ OmStatus om__match_make_prior(OmMatch* m) {
         double share = om_rng_range(&rng, MIN_SHARE, MAX_SHARE) / npatch;
         for (int k = 0; k < npatch; ++k) {
             uint64_t seed = (uint64_t)om_rng_u32(&rng) << 32 | om_rng_u32(&rng);
-            OM_TRY_DONE(add_patch(m, on_surface, index, share, seed,
-                                  m->hypothesis + (size_t)h * (size_t)n));
+            OM_TRY_DONE(add_patch(&bank, share, seed, m->hypothesis + (size_t)h * (size_t)n));
         }
     }
 done:
-    om_free(on_surface);
-    om_free(index);
+    om_free(bank.on_surface);
+    om_free(bank.index);
+    om_free(bank.normal);
     return status;
 }
 

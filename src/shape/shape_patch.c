@@ -287,11 +287,12 @@ OmStatus om_surface_random_patch(const OmSurface* surface, const int* candidate,
     int drawn = (int)om_rng_below(&rng, (uint32_t)n);
     int center = def->center >= 0 ? def->center : candidate ? candidate[drawn] : drawn;
     OM_ALLOC_DONE(distance, surface->nvert);
-    OM_ALLOC_DONE(normal, 3 * (size_t)surface->nvert);
+    if (!def->normal) OM_ALLOC_DONE(normal, 3 * (size_t)surface->nvert);
     OM_ALLOC_DONE(ranked, n);
     OM_TRY_DONE(om_surface_geodesic(surface, center, distance));
-    om_surface_normals(surface, normal);
-    rank_candidates(surface, candidate, n, def, &rng, center, distance, normal, ranked);
+    if (!def->normal) om_surface_normals(surface, normal);
+    rank_candidates(surface, candidate, n, def, &rng, center, distance,
+                    def->normal ? def->normal : normal, ranked);
     qsort(ranked, (size_t)n, sizeof *ranked, compare_ranked);
     int take = (int)(def->share * n + 0.5);
     OM_ALLOC_DONE(*vert, take);

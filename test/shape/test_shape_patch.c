@@ -46,7 +46,12 @@ static void test_patch_has_its_share_and_its_side(void** unused) {
         assert_int_equal(n, (int)(0.3 * nbelow + 0.5));
         for (int i = 0; i < n; i++) assert_true(s.x[3 * vert[i] + 2] == 0);
         for (int i = 1; i < n; i++) assert_true(vert[i] > vert[i - 1]);
-        assert_ok(om_surface_random_patch(&s, below, nbelow, &def, &again, &m));
+        OmPatchDef borrowing = def;  // normals that the caller has give the same patch
+        double* normal = om_alloc(3 * (size_t)s.nvert, sizeof *normal);
+        om_surface_normals(&s, normal);
+        borrowing.normal = normal;
+        assert_ok(om_surface_random_patch(&s, below, nbelow, &borrowing, &again, &m));
+        om_free(normal);
         assert_memory_equal(vert, again, (size_t)n * sizeof(int));
         om_free(vert);
         om_free(again);
