@@ -86,7 +86,7 @@ typedef struct OmPatchDef {
     double w_p[2];  // ... of the noise, which runs over 0-1; 0.1-0.4
     // Wavelength of the noise, m; 0 (default): a quarter of the largest distance.
     double noise_length;
-    // Normals of the surface's vertices, borrowed, for many patches of one surface; null (default): computed. (nvert x 3)
+    // Normals of the surface's vertices, borrowed; null (default): computed anew for each patch.   (nvert x 3)
     const double* normal;
 } OmPatchDef;
 

@@ -147,7 +147,7 @@ static void test_same_bytes(void** state) {
     (void)state;
     for (int kind = 0; kind < 3; ++kind) {
         // colours meet often, slowly on a busy machine
-        int nstep = kind == OM_PBD_CLUSTERS ? 20 : 3;
+        int nstep = kind == OM_PBD_CLUSTERS ? test_count(10, 20) : test_count(2, 3);
         uint64_t one = run_busy(1, nstep, (OmPbdKind)kind, false);
         assert_true(one == run_busy(2, nstep, (OmPbdKind)kind, false));
         assert_true(one == run_busy(1, nstep, (OmPbdKind)kind, true));

@@ -35,9 +35,11 @@ static OmModelDef sheet_def(void) {
 // The distance of a point to the organ's surface, by its nearest vertex.
 static double to_organ(const OmPatient* p, OmVec3 x) {
     double best = HUGE_VAL;
-    for (int v = 0; v < p->organ.nvert; v++)
-        best = fmin(best, om_distance(x, om_load3(p->organ.x, v)));
-    return best;
+    for (int v = 0; v < p->organ.nvert; v++) {
+        double d = om_norm2(om_sub(x, om_load3(p->organ.x, v)));
+        if (d < best) best = d;
+    }
+    return sqrt(best);
 }
 
 static void test_sheet_on_an_ellipsoid(void** unused) {

@@ -73,7 +73,7 @@ static void test_round_trip(void** unused) {
     (void)unused;
     OmPatient p, q;
     OmModelReport r;
-    ball_patient(0.006, &p, &r);
+    ball_patient(1e-3 * test_count(8, 6), &p, &r);
     snprintf(p.name, sizeof p.name, "fat \"over\": a \\ ball # \xc3\xa9");
     p.material[1] = (OmPatientMaterial){"gland, soft", 29, 15000, 0.49, 1020};
     p.nmaterial = 2;

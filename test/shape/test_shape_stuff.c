@@ -55,7 +55,7 @@ static void test_sphere_converges(void** unused) {
 static void test_bounds_hold_for_any_function(void** unused) {
     (void)unused;
     double smallest = OM_PI, largest = 0;
-    for (int sample = 0; sample < 25; sample++) {
+    for (int sample = 0; sample < test_count(15, 25); sample++) {
         OmRng rng = om_rng_init(7, (uint64_t)sample);
         double phase[19];
         for (int i = 0; i < 18; i++) phase[i] = 4 * om_rng_normal(&rng);
