@@ -103,7 +103,7 @@ static void test_absurd_scenes(void** state) {
     def.radius = 0.02;
     OmProbe* probe;
     assert_ok(om_probe_create(&def, &probe));
-    for (int k = 0; k < NSCENE; ++k) run_scene(k, probe);
+    for (int k = 0; k < test_count(600, NSCENE); ++k) run_scene(k, probe);
     om_probe_destroy(probe);
 }
 
@@ -128,7 +128,7 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
     for (int n = 0; n < nstep; ++n) {
         if (is_restored && n == nstep / 2) {  // some other way and back
             memcpy(block, p.r.s, om_tissue_state_size(p.r.m));
-            pbd_run(&p, 7, 0.03);
+            pbd_run(&p, test_count(2, 7), 0.03);
             memcpy((void*)p.r.s, block, om_tissue_state_size(p.r.m));
         }
         OmPose pose = {om_add(tip, om_vec3(0, -2e-4 * n, 3e-4 * n)), om_quat_identity()};

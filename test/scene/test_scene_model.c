@@ -191,10 +191,10 @@ static void test_cancel_leaves_nothing(void** unused) {
     OmPatient p;
     ellipsoid_volume(&v);
     OmModelDef def = sheet_def();
-    def.edge = 0.007;  // coarse: every stage runs, not for long
+    def.edge = 1e-3 * test_count(9, 7);  // coarse: every stage runs, not for long
     int64_t alive = om_alloc_alive();
     int nstage = 0;
-    for (OmStatus status = OM_CANCELLED; status != OM_OK; nstage += test_is_slow() ? 1 : 4) {
+    for (OmStatus status = OM_CANCELLED; status != OM_OK; nstage += test_count(5, 1)) {
         int left = nstage;
         OmProgress progress = {cancel, &left};
         status = om_model_build_volume(&def, &v, &progress, &p, NULL);

@@ -293,9 +293,9 @@ static void cut_seed(const char* seed, const char* ext, const char* data, size_t
     snprintf(name, sizeof name, "cut.%s", ext);
     const char* path = temp_path(name);
     int64_t alive = om_alloc_alive();
-    // a quick run cuts heads and ends at every byte, what lies between at every third
-    const size_t stride = (size_t)test_count(3, 1);
-    for (size_t cut = 0; cut < size; cut += cut < 256 || cut + 96 > size ? 1 : stride) {
+    // a quick run cuts heads and ends at every byte, what lies between at every fifth
+    const size_t stride = (size_t)test_count(5, 1);
+    for (size_t cut = 0; cut < size; cut += cut < 160 || cut + 64 > size ? 1 : stride) {
         write_bytes(path, data, cut);
         assert_cut(seed, path, cut, load_surface(path));
         if (has_tet(ext)) assert_cut(seed, path, cut, load_tet(path));

@@ -13,7 +13,7 @@ static OmStudyContactDef small_def(void) {
     def.nresolution = 1;
     def.resolution[0] = 400;
     def.nlesion = 1;
-    def.truth_ntet = 900;
+    def.truth_ntet = test_count(800, 900);
     def.time_step = 0.05;
     def.contact_ntri = 900;
     for (int i = 0; i < OM_STUDY_NDEPTH; ++i) def.depth[i] = 0.002 * (i + 1);
