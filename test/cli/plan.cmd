@@ -102,7 +102,7 @@ err-lines 1
 # Programs without an end, with too many atoms, and that nothing can read. Memory: plan_memory.cmd.
 write infinite.lp
     p(0). p(X+1) :- p(X).
-$ omentum plan --roi 3,3 --program infinite.lp --time-limit 0.2
+$ omentum plan --roi 3,3 --program infinite.lp --time-limit 0.1
 exit 1
 err the time limit is reached
 err-lines 1
@@ -110,7 +110,7 @@ no-out
 
 write silent.lp
     a(1..100000). b :- a(X), a(Y), a(Z), X+Y+Z = -1.
-$ omentum plan --roi 3,3 --program silent.lp --time-limit 0.2
+$ omentum plan --roi 3,3 --program silent.lp --time-limit 0.1
 exit 1
 err the time limit is reached
 err-lines 1

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """omentum model on volumes as other programs write them, against values computed here.
 
-    test_model_files.py PROGRAM [layers|parts|labels|spaces|units|pictures]...
+    test_model_files.py PROGRAM [layers|parts|labels|spaces|surfaces|units|unplaced|pictures]...
 
 The files are written by this script: a layered .seg.nrrd of 3D Slicer whose axes are oblique, left-handed and
 of three lengths, and label maps of several labels and parts. Volumes and centroids of the meshes are computed
@@ -268,7 +268,7 @@ def test_spaces(folder):
     body = ball((14, 15, 13), 18)
     volume, out, again = (os.path.join(folder, n) for n in ("b.nrrd", "b", "b2"))
     write_nrrd(volume, [labels([(body, 1)])], [])
-    run(volume, "--edge", "4", "--sheet", "thickness=5,side=anterior", "-o", out, "-q")
+    run(volume, "--edge", "6", "--sheet", "thickness=5,side=anterior", "-o", out, "-q")
     place = [1e3 * c for c in centroid_of_ply(os.path.join(out, "organ.ply"), "RAS", "m")]
     near(math.dist(place, centroid(body)), 0, 1.5, "organ.ply: its centre, mm")  # it has a dome 3 mm high
     run(volume, "--edge", "4", "-o", out, "-q")
@@ -289,7 +289,14 @@ def test_spaces(folder):
     expect("the file says that it is LPS, and is read as RAS, as was told", printed)
     assert numbers(third) == y
 
-    # the surface of the tetrahedra in millimetres of LPS, with the header of 3D Slicer
+
+def test_surfaces(folder):
+    """The surface of the tetrahedra in millimetres of LPS, with the header of 3D Slicer."""
+    body = ball((14, 15, 13), 18)
+    volume, out, third = (os.path.join(folder, n) for n in ("b.nrrd", "b", "b3"))
+    write_nrrd(volume, [labels([(body, 1)])], [])
+    run(volume, "--edge", "4", "-o", out, "-q")
+    x = numbers(out)
     surface = os.path.join(folder, "slicer.stl")
     vert, faces = numbers(out, "connectivity"), {}
     for e in range(0, len(vert), 4):
@@ -360,7 +367,10 @@ def test_units(folder):
     nifti(path, 0, True, scale=0.001)
     expect(r"the body is 0\.0\d+ mm long if a unit of the file is 1 mm, as is assumed: state its unit with --unit; --unit m "
            "makes it", run(path, "--edge", "4", "-o", out, "-q", code=3))
-    # a header that does not place the voxels in the patient
+
+def test_unplaced(folder):
+    """A header that does not place the voxels in the patient."""
+    path, out = os.path.join(folder, "u.nii"), os.path.join(folder, "u")
     nifti(path, 2, False)
     expect("so left and right are a guess", run(path, "--edge", "4", "-o", out, "-q"))
     near(mesh_of(out)[1][0], 15 * 2.5, 0.1, "as RAS")
