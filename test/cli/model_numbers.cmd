@@ -5,7 +5,7 @@ exit 0
 
 # 30 x 20 mm of the outline lie askew on the surface, about 1.1 times as large, and half the thickness out by 1.1 times more in each
 # direction, less the rounded rim: 2.6 to 3.1 mL. Along is +z, across is y x z = +x.
-$ omentum model organ.nrrd -l 7 -e 4 --sheet thickness=4,side=anterior,length=30,width=20,corner=2 --tumour radius=6,height=1,along=5,across=-3 --material name=liver,young=5000,density=1060 -q -o s && cat s/patient.yaml
+$ omentum model organ.nrrd -l 7 -e 5 --sheet thickness=4,side=anterior,length=30,width=20,corner=2 --tumour radius=6,height=1,along=5,across=-3 --material name=liver,young=5000,density=1060 -q -o s && cat s/patient.yaml
 exit 0
 out volume (2\.[6-9]\d*|3\.0\d*) mL
 out ^    young: 5000$

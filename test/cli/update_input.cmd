@@ -31,10 +31,6 @@ $ sed s/bump/none/ lift.yaml > a.yaml; omentum update small.yaml a.yaml -q -o a
 exit 3
 err a\.yaml: cloud: .*none\.csv: cannot open
 
-# Every point twice is no error.
-$ sed 1d bump.csv | cat bump.csv - > twice.csv; sed s/bump/twice/ lift.yaml > a.yaml; omentum update small.yaml a.yaml -q -o a
-exit 1
-
 # Files that cannot be used.
 $ sed 's/unit: mm/units: mm/' lift.yaml > a.yaml; omentum update small.yaml a.yaml -q -o a
 exit 3
