@@ -20,7 +20,7 @@ def press(mesh, surface, lesion, method):
     """Press over a lesion; the force at the end, N, and the lesion's error at each depth, mm."""
     tissue = om.Tissue(mesh, young=3000, poisson=0.45, law="neo-hookean", gravity=(0, 0, 0),
                        solver={"tolerance": 1e-3, "max_iterations": 400})
-    normal = np.array(lesion["normal"])
+    normal = np.array(lesion["normal"], float)
     along = np.array([1, 0, 0]) - normal[0] * normal
     along /= np.linalg.norm(along)
     pose = np.eye(4)

@@ -1,8 +1,33 @@
-"""What several files of tests use."""
+"""What several files of tests use.
+
+A test with the mark `slow` runs with OM_TEST_SLOW alone (python_NAME_all in CTest); its file has a quick one that fails where this one
+would. OM_TEST_PART=2/3: the second, fifth, eighth ... of the tests of a file; CTest uses it where the file has a line `# PARTS 3`. Both
+are as in C (test_common.h).
+"""
+import os
+
 import numpy as np
 import pytest
 
 import omentum as om
+
+
+@pytest.fixture(scope="session")
+def is_slow():
+    """Whether sizes are full, as in the tests with the mark."""
+    return bool(os.environ.get("OM_TEST_SLOW"))
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "slow: of full size, with OM_TEST_SLOW alone")
+
+
+def pytest_collection_modifyitems(config, items):
+    kept = [item for item in items if os.environ.get("OM_TEST_SLOW") or not item.get_closest_marker("slow")]
+    part, number = map(int, os.environ.get("OM_TEST_PART", "1/1").split("/"))
+    kept = kept[part - 1::number]
+    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+    items[:] = kept
 
 
 @pytest.fixture
