@@ -29,7 +29,7 @@ def make_all(box, folder):
     class Mine(om.World):
         pass
 
-    data = om.BanetData.generate(folder / "data", 1, 907, {"way": "exact", "extent": (0.06, 0.08)}, shard=1, npicture=0)
+    data = om.BanetData.generate(folder / "data", 1, 916, {"way": "exact", "extent": (0.06, 0.08)}, shard=1, npicture=0)
     recorded = om.RecordedWorld(om.SimulatedWorld(scene), folder / "world.log")
     recorded.reset(strict=False)
     recorded.end()

@@ -1,4 +1,8 @@
 """Training data, calibration problems and acquisitions in files: against what made them."""
+# PARTS 2
+import pathlib
+import shutil
+
 import numpy as np
 import pytest
 
@@ -7,15 +11,15 @@ import omentum as om
 
 def test_a_data_set_of_banet_holds_its_samples(tmp_path, alive):
     definition = {"sample": {"way": "exact", "two_share": 0, "board_share": 0, "extent": (0.06, 0.08)}, "shard": 2, "npicture": 0}
-    made = om.BanetData.generate(tmp_path / "data", 2, 907, **definition)
+    made = om.BanetData.generate(tmp_path / "data", 2, 927, **definition)
     assert made.summary["nsample"] == made.summary["nmade"] == 2
-    assert om.BanetData.generate(tmp_path / "data", 2, 907, **definition).summary["nmade"] == 0  # they are there
+    assert om.BanetData.generate(tmp_path / "data", 2, 927, **definition).summary["nmade"] == 0  # they are there
     with pytest.raises(om.Cancelled):
-        om.BanetData.generate(tmp_path / "other", 2, 907, progress=lambda *_: False, **definition)
+        om.BanetData.generate(tmp_path / "other", 2, 927, progress=lambda *_: False, **definition)
     del made
     data = om.BanetData(tmp_path / "data")
     assert len(data) == 2
-    sample = om.make_banet_sample(1, 907, way="exact", extent=(0.06, 0.08))
+    sample = om.make_banet_sample(1, 927, way="exact", extent=(0.06, 0.08))
     facts = data.facts(1)
     assert facts["nsurface"] == len(sample.surface.x) and facts["nattached"] == sample.attached.sum()
     value, target, weight = data[1]
@@ -58,10 +62,16 @@ def test_a_data_set_of_an_organ_of_ones_own(tmp_path, ellipsoid, alive):
     assert alive() == 0
 
 
-def test_a_calibration_problem_from_files(tmp_path):
-    problem = om.data_path("scenes/calibrate/press.yaml")
+def test_a_calibration_problem_from_files(tmp_path, is_slow):
+    """As it comes, else with a coarser block."""
+    problem = pathlib.Path(om.data_path("scenes/calibrate/press.yaml"))
+    if not is_slow:
+        problem = shutil.copytree(problem.parent, tmp_path / "coarse") / "press.yaml"
+        gel = problem.parent / "gel.yaml"
+        assert "cells: [10, 8, 5] " in gel.read_text()
+        gel.write_text(gel.read_text().replace("cells: [10, 8, 5] ", "cells: [4, 3, 2] "))
     with pytest.raises(om.NotConverged, match="evaluations") as caught:
-        om.calibrate_file(problem, out_dir=tmp_path / "out", max_generations=1, population=12, max_local=2, rise=0)
+        om.calibrate_file(problem, out_dir=tmp_path / "out", max_generations=1 if is_slow else 2, population=12 if is_slow else 5, max_local=2, rise=0)
     result = caught.value.result
     assert set(result.best) == {"tissue.young", "attachments.stiffness"} and result.cost < result.cost_start
     assert (tmp_path / "out" / "report.html").exists() and result.summary["neval"] == len(result.trace)
@@ -84,7 +94,7 @@ def test_an_acquisition_is_written_and_read(tmp_path):
 def test_the_gil_is_free_in_a_step():
     """While a thread computes in C, this one runs Python."""
     import threading
-    mesh = om.TetMesh.box((0.1, 0.1, 0.1), (16, 16, 16))
+    mesh = om.TetMesh.box((0.1, 0.1, 0.1), (11, 11, 11))
     mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 2] < 1e-9)
     tissue = om.Tissue(mesh, solver={"nworker": 1})
     thread = threading.Thread(target=lambda: tissue.find_rest(1e-6, strict=False))

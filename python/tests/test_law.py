@@ -75,8 +75,9 @@ class Stable(om.Law):
         return of.mu / 2 * ((F * F).sum((1, 2)) - 3) - of.mu * (J - 1) + (of.lam + of.mu) / 2 * (J - 1) ** 2
 
     def stress(self, F, of):
-        J = np.linalg.det(F)
-        cofactors = np.stack([np.cross(F[:, :, 1], F[:, :, 2]), np.cross(F[:, :, 2], F[:, :, 0]), np.cross(F[:, :, 0], F[:, :, 1])], axis=2)
+        after, last = F[:, [1, 2, 0]], F[:, [2, 0, 1]]
+        cofactors = after[:, :, [1, 2, 0]] * last[:, :, [2, 0, 1]] - after[:, :, [2, 0, 1]] * last[:, :, [1, 2, 0]]
+        J = (F[:, 0] * cofactors[:, 0]).sum(1)
         factor = (of.lam + of.mu) * (J - 1) - of.mu
         return of.mu[:, None, None] * F + factor[:, None, None] * cofactors
 

@@ -1,4 +1,5 @@
-"""Scans, updates of the twin, and networks: against simulated truth, and physics against the network's answers."""
+"""Scans and updates of the twin: against simulated truth, and physics against the network's answers."""
+# PARTS 2
 import ctypes
 
 import numpy as np
@@ -86,44 +87,3 @@ def test_an_update_that_moves_nothing_is_refused(lifted):
     assert not estimate.is_accepted and estimate.reason
     with pytest.raises(om.Invalid):
         om.Scan(np.full((3, 3), np.nan))
-
-
-def test_samples_of_banet_and_what_the_network_says():
-    """Samples of a seed that no training has. The thesis has a mean Dice coefficient of 0.82 on such samples."""
-    sample = om.make_banet_sample(3, 909, way="exact")
-    same = om.make_banet_sample(3, 909, way="exact")
-    assert np.array_equal(sample.u, same.u) and sample.attached.any()
-    moved = np.linalg.norm(sample.u, axis=1)
-    assert moved[sample.attached].max() < 1e-6 < moved.max()
-    net, dice = om.BanetNet.load(), []
-    for i in range(4):
-        sample = om.make_banet_sample(i, 910, way="exact")
-        found = net.estimate(sample.surface, sample.u, sample.seen) >= net.threshold
-        dice.append(2 * (found & sample.attached).sum() / (found.sum() + sample.attached.sum()))
-    assert np.mean(dice) > 0.6
-    with pytest.raises(ValueError, match="shape"):
-        net.estimate(sample.surface, sample.u[:5], sample.seen)
-    net.close()
-    with pytest.raises(om.Closed):
-        net.estimate(sample.surface, sample.u, sample.seen)
-
-
-def test_umesh_predicts_the_press_of_a_phantom():
-    net = om.UmeshNet.load()
-    top = net.x[net.x[:, 2].argmax()]
-    mask = net.patch(top)
-    assert 3 < mask.sum() < 100 and net.is_surface[mask].all()
-    push = np.zeros_like(net.x)
-    push[mask] = (0, 0, -0.01)
-    u, trust = net.predict(mask, push)
-    assert trust.is_inside and trust.score <= 1
-    assert u[mask] == pytest.approx(push[mask], abs=1e-7)
-    assert np.abs(u[net.x[:, 2] < 1e-6]).max() == 0  # the flat side is held
-    alone, _ = net.predict(mask, push, max_cycle=0)
-    assert np.linalg.norm(alone - u, axis=1).mean() < 1e-3
-    push[mask] = (0, 0, 0.2)
-    _, far = net.predict(mask, push, max_cycle=0)
-    assert not far.is_inside and far.why
-    x = net.x
-    net.close()
-    assert np.isfinite(x).all()

@@ -1,4 +1,5 @@
 """Volumes, meshes and patient models: against volumes computed by hand, files and other libraries."""
+# PARTS 2
 import os
 import pickle
 import signal
@@ -242,7 +243,7 @@ def test_progress_is_reported_and_cancels(ellipsoid, alive):
 def test_ctrl_c_ends_a_long_call(ellipsoid, alive):
     """SIGINT in the middle of a build that would take many seconds."""
     def interrupt():
-        time.sleep(0.3)
+        time.sleep(0.1)
         os.kill(os.getpid(), signal.SIGINT)
 
     thread = threading.Thread(target=interrupt)

@@ -17,6 +17,12 @@ def sheet():
     return scene
 
 
+@pytest.fixture(scope="module")
+def patient(ellipsoid):
+    """A sheet on an organ."""
+    return om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
+
+
 # ---- scenes and bodies ----
 
 
@@ -77,8 +83,7 @@ def test_a_body_lies_on_its_board_and_is_lifted(sheet, alive):
     assert alive() == 0
 
 
-def test_a_patient_becomes_a_body_on_its_organ(ellipsoid):
-    patient = om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
+def test_a_patient_becomes_a_body_on_its_organ(patient):
     body = om.Body(patient)
     body.settle()
     assert body.mesh.x == pytest.approx(patient.mesh.x, abs=1e-9)
@@ -87,9 +92,8 @@ def test_a_patient_becomes_a_body_on_its_organ(ellipsoid):
     assert forces.contact @ patient.up > 0.5 * np.linalg.norm(forces.weight)  # the organ carries it
 
 
-def test_bodies_are_pickled_with_their_state(sheet, ellipsoid):
+def test_bodies_are_pickled_with_their_state(sheet, patient):
     """To the same bits, as what a process of a pool gets."""
-    patient = om.build_patient(ellipsoid, edge=0.008, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
     for body in (om.Body(sheet), om.Body(pickle.loads(pickle.dumps(patient)))):
         body.settle(strict=False)
         tip = body.x[body.mesh.sets["top"][0]].copy()

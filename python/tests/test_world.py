@@ -5,12 +5,24 @@ import pytest
 import omentum as om
 
 
-def make_scene():
+# PARTS 2
+FULL, COARSE = 12, 6
+
+
+def make_scene(ncell=COARSE):
     scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
-    scene.seed = 201
-    scene.tissue.cells = (12, 12, 1)
-    scene.tissue.world_cells = (18, 18, 1)
+    scene.seed = 201 if ncell == FULL else 207  # the first grasp lifts
+    scene.tissue.cells = (ncell, ncell, 1)
+    scene.tissue.world_cells = (3 * ncell // 2, 3 * ncell // 2, 1)
+    if ncell < FULL:
+        for camera in (scene.endoscope, scene.rgbd):
+            camera.width, camera.height = 64, 48
     return scene
+
+
+def abort_after(tick):
+    """A supervisor that ends a run at a tick; None: the run goes to its end."""
+    return None if tick is None else lambda loop: loop.command("abort") if loop.ntick == tick else None
 
 
 class Wrapped(om.World):
@@ -72,10 +84,13 @@ def run(scene, wrap, listeners=(), **settings):
     return loop, loop.run(), world
 
 
-def test_a_loop_over_a_world_in_python_is_the_run_of_c(alive):
-    scene, log = make_scene(), Log()
-    plain = om.retract(scene)
-    loop, result, world = run(scene, Wrapped, [log])
+def test_a_loop_over_a_world_in_python_is_the_run_of_c(alive, is_slow):
+    """In full size to the end, else until the tissue has been lifted for a while."""
+    last = None if is_slow else 330
+    scene, log = make_scene(FULL if is_slow else COARSE), Log()
+    plain = om.retract(scene, supervise=abort_after(last))
+    loop, result, world = run(scene, Wrapped, [log] + ([] if is_slow else [Stop(at=last)]))
+    assert result.outcome == ("exposed" if is_slow else "aborted") and result.actions and np.nanmax(result.samples["force"]) > 0
     assert result.outcome == plain.outcome and result.summary["hash"] == plain.summary["hash"]
     assert result.samples["force"] == pytest.approx(plain.samples["force"], nan_ok=True)
     assert log.ticks == loop.ntick and log.outcomes == result.outcome and log.plans[0][0] == 5
@@ -115,15 +130,17 @@ def test_a_listener_commands_the_loop():
     assert result.outcome == "aborted" and not result.is_exposed
 
 
-def test_the_plan_before_is_followed_first(tmp_path):
-    scene = make_scene()
+def test_the_plan_before_is_followed_first(tmp_path, is_slow):
+    """In full size, else nine points of a coarse twin."""
+    scene = make_scene(FULL if is_slow else COARSE)
+    scene.task.grid = 5 if is_slow else 3
     before = om.preplan(scene)
-    assert before.chosen and before.points[before.chosen]["verdict"] == "chosen" and len(before.points) == 25
+    assert before.chosen and before.points[before.chosen]["verdict"] == "chosen" and len(before.points) == (25 if is_slow else 9)
     assert before.plan.actions[0].verb == "reach" and before.plan.actions[0].block == before.chosen
     before.save(tmp_path / "plan.json")
     same = om.Preplan.load(tmp_path / "plan.json")
     assert same.points.keys() == before.points.keys() and same.chosen == before.chosen and str(same) == str(before)
-    result = om.retract(scene, preplan=before)
+    result = om.retract(scene, preplan=before, supervise=lambda loop: loop.result.actions and not is_slow and loop.command("abort"))
     assert result.actions[0]["block"] == before.raw.chosen
 
 
@@ -225,9 +242,9 @@ def test_snapshots_of_a_world_repeat_its_noise():
         world.move(0, (5, 5, 5), 0.02)
 
 
-def test_a_run_writes_its_record(tmp_path):
-    scene = make_scene()
-    result = om.retract(scene, tmp_path / "run", frame_every=0)
+def test_a_run_writes_its_record(tmp_path, is_slow):
+    scene = make_scene(FULL if is_slow else COARSE)
+    result = om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(None if is_slow else 60))
     assert {"report.html", "run.json", "run.vtkhdf"} <= {p.name for p in (tmp_path / "run").iterdir()}
     h5py = pytest.importorskip("h5py")
     assert h5py.is_hdf5(tmp_path / "run" / "run.vtkhdf")
