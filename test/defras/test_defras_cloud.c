@@ -306,12 +306,14 @@ static void test_a_twin_that_slides_off_is_held(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_points_lie_on_the_true_tissue),
-                                       cmocka_unit_test(test_a_tool_hides_points),
-                                       cmocka_unit_test(test_a_displaced_twin_is_grasped),
-                                       cmocka_unit_test(test_an_empty_jaw_looks_again),
-                                       cmocka_unit_test(test_a_twin_is_drawn_to_the_tip),
-                                       cmocka_unit_test(test_a_replay_is_the_same),
-                                       cmocka_unit_test(test_a_twin_that_slides_off_is_held)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_replay_is_the_same),
+        cmocka_unit_test(test_an_empty_jaw_looks_again),
+        cmocka_unit_test(test_a_twin_that_slides_off_is_held),
+        cmocka_unit_test(test_a_displaced_twin_is_grasped),
+        cmocka_unit_test(test_a_twin_is_drawn_to_the_tip),
+        cmocka_unit_test(test_a_tool_hides_points),
+        cmocka_unit_test(test_points_lie_on_the_true_tissue),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -208,14 +208,14 @@ static void test_refusals(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_body_takes_a_modulus),
-        cmocka_unit_test(test_the_modulus_is_found),
-        cmocka_unit_test(test_nothing_is_learnt_without_need),
-        cmocka_unit_test(test_one_stretch_is_not_enough),
         cmocka_unit_test(test_an_attachment_is_no_modulus),
+        cmocka_unit_test(test_nothing_is_learnt_without_need),
+        cmocka_unit_test(test_the_modulus_is_found),
+        cmocka_unit_test(test_one_stretch_is_not_enough),
         cmocka_unit_test(test_without_sensors),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_a_body_takes_a_modulus),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

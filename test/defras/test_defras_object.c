@@ -753,23 +753,23 @@ static void test_both_arms(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_both_arms),
-        cmocka_unit_test(test_ticks_equal_a_run),
-        cmocka_unit_test(test_a_listener_counts),
-        cmocka_unit_test(test_pause_and_resume),
-        cmocka_unit_test(test_pause_in_a_look),
-        cmocka_unit_test(test_pause_after_a_force_stop),
-        cmocka_unit_test(test_pause_above_the_force_limit),
-        cmocka_unit_test(test_abort_at_any_tick),
-        cmocka_unit_test(test_commands_of_a_listener),
-        cmocka_unit_test(test_a_world_without_a_truth),
-        cmocka_unit_test(test_a_pull_out_of_reach_is_not_repeated),
-        cmocka_unit_test(test_an_action_is_continued),
         cmocka_unit_test(test_clocks_of_a_world),
-        cmocka_unit_test(test_a_world_in_closed_form),
-        cmocka_unit_test(test_a_failing_world),
-        cmocka_unit_test(test_wrong_definitions),
+        cmocka_unit_test(test_pause_and_resume),
         cmocka_unit_test(test_every_allocation_may_fail),
+        cmocka_unit_test(test_abort_at_any_tick),
+        cmocka_unit_test(test_ticks_equal_a_run),
+        cmocka_unit_test(test_both_arms),
+        cmocka_unit_test(test_pause_after_a_force_stop),
+        cmocka_unit_test(test_pause_in_a_look),
+        cmocka_unit_test(test_commands_of_a_listener),
+        cmocka_unit_test(test_an_action_is_continued),
+        cmocka_unit_test(test_a_world_without_a_truth),
+        cmocka_unit_test(test_wrong_definitions),
+        cmocka_unit_test(test_a_failing_world),
+        cmocka_unit_test(test_a_pull_out_of_reach_is_not_repeated),
+        cmocka_unit_test(test_a_listener_counts),
+        cmocka_unit_test(test_pause_above_the_force_limit),
+        cmocka_unit_test(test_a_world_in_closed_form),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -436,14 +436,15 @@ static int finish(void** state) {
 }
 
 int main(void) {
+    // two parts: the second case of the first one needs the run of its first
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_same_decisions_from_the_observations),
-        cmocka_unit_test(test_a_difference_is_named),
-        cmocka_unit_test(test_folders_without_a_record_are_refused),
         cmocka_unit_test(test_the_belief_holds_no_truth),
-        cmocka_unit_test(test_a_site_is_read_as_it_was_written_and_memory),
+        cmocka_unit_test(test_a_difference_is_named),
         cmocka_unit_test(test_commands_of_a_person_are_given_again),
+        cmocka_unit_test(test_folders_without_a_record_are_refused),
         cmocka_unit_test(test_a_killed_run_can_be_replayed),
+        cmocka_unit_test(test_a_site_is_read_as_it_was_written_and_memory),
         cmocka_unit_test(test_a_run_that_fails_at_once_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, begin, finish);

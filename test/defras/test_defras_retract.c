@@ -393,23 +393,23 @@ static void test_calibration(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_free_corner_is_lifted),
-        cmocka_unit_test(test_same_bytes_with_one_or_two_workers),
-        cmocka_unit_test(test_the_truth_is_hidden_from_the_twin),
-        cmocka_unit_test(test_force_stops_a_pull),
-        cmocka_unit_test(test_fold_after_a_force_stop),
-        cmocka_unit_test(test_both_forces_are_told),
-        cmocka_unit_test(test_when_a_motion_stops),
-        cmocka_unit_test(test_exposed_is_held),
-        cmocka_unit_test(test_impossible_scenes_are_refused),
-        cmocka_unit_test(test_search),
-        cmocka_unit_test(test_search_with_both_arms),
-        cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
-        cmocka_unit_test(test_roi_in_view_at_the_start),
         cmocka_unit_test(test_output_is_whole),
+        cmocka_unit_test(test_roi_in_view_at_the_start),
         cmocka_unit_test(test_cancelling_keeps_the_record),
-        cmocka_unit_test(test_wrong_defs_are_refused),
+        cmocka_unit_test(test_search_with_both_arms),
+        cmocka_unit_test(test_same_bytes_with_one_or_two_workers),
+        cmocka_unit_test(test_fold_after_a_force_stop),
+        cmocka_unit_test(test_search),
+        cmocka_unit_test(test_force_stops_a_pull),
+        cmocka_unit_test(test_the_truth_is_hidden_from_the_twin),
         cmocka_unit_test(test_calibration),
+        cmocka_unit_test(test_when_a_motion_stops),
+        cmocka_unit_test(test_both_forces_are_told),
+        cmocka_unit_test(test_exposed_is_held),
+        cmocka_unit_test(test_a_free_corner_is_lifted),
+        cmocka_unit_test(test_wrong_defs_are_refused),
+        cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
+        cmocka_unit_test(test_impossible_scenes_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

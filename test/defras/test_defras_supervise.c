@@ -370,16 +370,16 @@ static void test_wrong_commands(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_faults_end_in_a_hold),
-        cmocka_unit_test(test_a_planner_out_of_budget_holds),
-        cmocka_unit_test(test_a_person_goes_on),
-        cmocka_unit_test(test_plans_need_consent),
-        cmocka_unit_test(test_a_forbidden_block),
         cmocka_unit_test(test_slow),
-        cmocka_unit_test(test_marked_attachments),
         cmocka_unit_test(test_a_new_plan_at_any_tick),
+        cmocka_unit_test(test_a_person_goes_on),
+        cmocka_unit_test(test_a_forbidden_block),
+        cmocka_unit_test(test_a_planner_out_of_budget_holds),
+        cmocka_unit_test(test_faults_end_in_a_hold),
+        cmocka_unit_test(test_marked_attachments),
         cmocka_unit_test(test_words),
         cmocka_unit_test(test_wrong_commands),
+        cmocka_unit_test(test_plans_need_consent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

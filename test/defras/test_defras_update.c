@@ -659,18 +659,18 @@ static void test_every_allocation_may_fail(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_acquisitions_alone),
-        cmocka_unit_test(test_a_fixed_latency),
-        cmocka_unit_test(test_a_refusal_changes_nothing),
-        cmocka_unit_test(test_a_real_world_and_its_replay),
-        cmocka_unit_test(test_an_end_while_an_estimate_runs),
-        cmocka_unit_test(test_a_reach_for_an_attached_block),
-        cmocka_unit_test(test_a_new_plan_after_adoption),
         cmocka_unit_test(test_acquisitions_of_several_grasps),
-        cmocka_unit_test(test_recorded_acquisitions),
         cmocka_unit_test(test_a_run_with_updates),
+        cmocka_unit_test(test_a_new_plan_after_adoption),
+        cmocka_unit_test(test_a_real_world_and_its_replay),
+        cmocka_unit_test(test_a_refusal_changes_nothing),
+        cmocka_unit_test(test_a_fixed_latency),
+        cmocka_unit_test(test_a_reach_for_an_attached_block),
         cmocka_unit_test(test_wrong_definitions),
         cmocka_unit_test(test_every_allocation_may_fail),
+        cmocka_unit_test(test_recorded_acquisitions),
+        cmocka_unit_test(test_an_end_while_an_estimate_runs),
+        cmocka_unit_test(test_acquisitions_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
