@@ -178,7 +178,10 @@ static void test_memory(void** unused) {
 
 static int begin(void** unused) {
     (void)unused;
+    char meshes[64];  // of the study, which makes it; test_truth may run before
     assert_non_null(mkdtemp(dir));
+    snprintf(meshes, sizeof meshes, "%s/meshes", dir);
+    assert_ok(om_path_make_dir(meshes));
     assert_ok(om_study_body_create_phantom(10, 1, &body));
     return 0;
 }
