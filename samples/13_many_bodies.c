@@ -1,4 +1,4 @@
-// 13_many_bodies.c: one model, many bodies: 32 sheets are pulled in 32 directions, several at once.
+// 13_many_bodies.c: one model, many bodies: 24 sheets are pulled in 24 directions, several at once.
 //
 // The model of a body (mesh, material, contact with the board) is constant and shared by all threads. Each body has a
 // state, each thread a work. A body gives the same bytes whichever thread steps it, so one worker gives the same hash.
@@ -6,8 +6,8 @@
 
 #include "omentum/omentum.h"
 
-#define NBODY 32
-#define NSTEP 50
+#define NBODY 24
+#define NSTEP 40
 #define MAX_WORK 8
 
 typedef struct Farm {

@@ -92,10 +92,10 @@ static OmStatus operate(const OmScene* scene, const OmLoopListener* listener, Pa
 int main(void) {
     OmScene scene = om_scene_default();
     scene.seed = 101;
-    scene.tissue.cells = om_vec3(12, 12, 1);  // smaller than by default: some seconds
-    scene.tissue.world_cells = om_vec3(18, 18, 2);
+    scene.tissue.cells = om_vec3(11, 11, 1);  // smaller than by default: some seconds
+    scene.tissue.world_cells = om_vec3(16, 16, 2);
     scene.believed.kind = OM_BELIEF_NONE;
-    scene.task.max_actions = 8;
+    scene.task.max_actions = 6;
     int nadopted = 0;
     OmLoopListener listener = {
         .ctx = &nadopted, .on_action_end = on_action_end, .on_update = on_update};

@@ -532,17 +532,17 @@ static void test_no_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_it_learns_and_resumes),
-        cmocka_unit_test(test_refused_definitions),
         cmocka_unit_test(test_ranks),
-        cmocka_unit_test(test_mirror_images),
-        cmocka_unit_test(test_features),
         cmocka_unit_test(test_estimate),
+        cmocka_unit_test(test_it_learns_and_resumes),
+        cmocka_unit_test(test_mirror_images),
         cmocka_unit_test(test_calibration),
-        cmocka_unit_test(test_scores),
+        cmocka_unit_test(test_refused_definitions),
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_no_memory),
         cmocka_unit_test(test_join),
+        cmocka_unit_test(test_scores),
+        cmocka_unit_test(test_features),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -246,12 +246,12 @@ static void test_failing_allocations_leak_nothing(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sheet_on_an_ellipsoid),
-        cmocka_slow_test(test_again),
-        cmocka_unit_test(test_labels_become_materials),
-        cmocka_unit_test(test_bad_input_is_named),
-        cmocka_unit_test(test_directions),
         cmocka_unit_test(test_cancel_leaves_nothing),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
+        cmocka_unit_test(test_bad_input_is_named),
+        cmocka_unit_test(test_directions),
+        cmocka_unit_test(test_labels_become_materials),
+        cmocka_slow_test(test_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
