@@ -154,11 +154,12 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker) {
     OmStatus status;
     OM_TRY(om_cli_check_apart(dir, &path, 1));
     OM_TRY(om_banet_net_load(om_cli_get(args, "--weights"), &net));
-    if (dir) OM_TRY_DONE(om_folder_open(dir, OM_BANET_NET_KIND, &folder));
+    if (dir) OM_TRY_DONE(om_folder_check(dir, OM_BANET_NET_KIND));
     OM_TRY_DONE(om_banet_data_load(path, nsample, &data));
     OM_TRY_DONE(om_banet_eval(net, &data, 0, data.nsample, nworker, progress, &e));
     om_cli_progress_done();
     for (int k = 0; k < NGROUP; ++k) OM_TRY_DONE(find_group(&e, data.sample, k, &group[k]));
+    if (dir) OM_TRY_DONE(om_folder_open(dir, OM_BANET_NET_KIND, &folder));
     if (dir) OM_TRY_DONE(write_json(&e, group, om_banet_net_threshold(net), dir));
     if (dir) OM_TRY_DONE(write_samples(&e, data.sample, dir));
     om_cli_figure("samples", e.n);
