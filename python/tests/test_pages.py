@@ -1,5 +1,7 @@
 """The snippets of doc/from_other_tools.md run, in the order of the page; the pairs of Python and C give the same numbers."""
+# PARTS 4
 import contextlib
+import functools
 import io
 import os
 import pathlib
@@ -44,21 +46,29 @@ def checked(code):
     return re.sub(r"(?m)^(\s*)(om_\w+)(\(.*\));$", wrap, code)
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    """The folder in which the page ran, the names of its Python, and its C."""
-    if not PROGRAM:
-        pytest.skip("OMENTUM_PROGRAM does not name the program omentum")
-    folder = tmp_path_factory.mktemp("page")
-    om.TetMesh.box((0.06, 0.05, 0.03), (12, 10, 6)).save(folder / "block.msh", unit=0.001)
-    shutil.copy(ROOT / "scenes" / "calibrate" / "press.csv", folder)
+GROUPS = {  # tasks that need nothing of each other, each after the first snippet; all others are "mechanics"
+    "organ": ["From a segmented CT to tissue on an organ", "An environment for reinforcement learning"],
+    "calibration": ["Calibrate a material"],
+    "operation": ["A whole operation, without a window"],
+}
+CHEAPER = [  # of the quick tests
+    ("cells: [5, 4, 3], world_cells: [8, 6, 4]", "cells: [4, 3, 2], world_cells: [6, 5, 3]"),
+    ("generations: 2}", "generations: 1, population: 5}"),
+    ("planned.csv -o stiffness", "planned.csv -o stiffness || test $? = 1"),  # the coarse model cannot fit
+    ("edge=0.006", "edge=0.008"), ("--edge 6", "--edge 8"), ("--steps 512", "--steps 64"),
+    ("center_mm: [-20, 0, 0], radius_mm: 8}", "center_mm: [-20, 0, 0], radius_mm: 8}\nendoscope: {width: 64, height: 48}"),
+]
+
+
+def run_blocks(found, folder):
+    """Run snippets of the page in a folder; the names of Python, and the snippets of C."""
     names, c = {}, []
     environment = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}
     environment["PATH"] = f"{pathlib.Path(PROGRAM).parent}:{environment['PATH']}"
     here = os.getcwd()
     os.chdir(folder)
     try:
-        for number, (kind, code) in enumerate(BLOCK.findall(PAGE.read_text(encoding="utf-8"))):
+        for number, (kind, code) in enumerate(found):
             if kind == "python":
                 with contextlib.redirect_stdout(io.StringIO()):
                     exec(compile(code, f"{PAGE.name}, snippet {number}", "exec"), names)
@@ -71,49 +81,84 @@ def page(tmp_path_factory):
                 assert done.returncode == 0, f"{code}\n{done.stderr}"
     finally:
         os.chdir(here)
-    return folder, names, c
+    return names, c
+
+
+def tasks():
+    return PAGE.read_text(encoding="utf-8").split("\n## ")[1:]
+
+
+def group_of(task):
+    return next((name for name, titles in GROUPS.items() if task.splitlines()[0] in titles), "mechanics")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, is_slow):
+    """A function: the folder in which the tasks of a group ran, the names of their Python, and their C. In the slow run the whole page runs,
+    in its order; else each group for itself, with cheaper numbers."""
+    if not PROGRAM:
+        pytest.skip("OMENTUM_PROGRAM does not name the program omentum")
+
+    @functools.cache
+    def run(group):
+        folder = tmp_path_factory.mktemp("page")
+        om.TetMesh.box((0.06, 0.05, 0.03), (12, 10, 6) if is_slow or group == "mechanics" else (8, 6, 4)).save(folder / "block.msh", unit=0.001)
+        shutil.copy(ROOT / "scenes" / "calibrate" / "press.csv", folder)
+        found = [BLOCK.findall(task) for task in tasks() if group is None or group_of(task) == group]
+        if group not in (None, "mechanics"):
+            found.insert(0, BLOCK.findall(tasks()[0])[:1])
+        found = sum(found, [])
+        if not is_slow:
+            for line, cheaper in CHEAPER:
+                found = [(kind, code.replace(line, cheaper)) for kind, code in found]
+        return folder, *run_blocks(found, folder)
+
+    return lambda group: run(None if is_slow else group)
 
 
 def test_every_task_has_a_pair():
     text = PAGE.read_text(encoding="utf-8")
-    tasks = text.split("\n## ")[1:]
-    assert len(tasks) >= 13
-    for task in tasks:
+    assert len(tasks()) >= 13 and all(text.count(f"\n## {title}\n") == 1 for title in sum(GROUPS.values(), []))
+    assert all(text.count(line) == 1 for line, _ in CHEAPER)
+    for task in tasks():
         kinds = {kind for kind, _ in BLOCK.findall(task)}
         assert "python" in kinds and kinds & {"c", "yaml", "sh"}, task.splitlines()[0]
+        assert "c" not in kinds or group_of(task) == "mechanics"
         assert "| there | |" in task and re.search(r"\| (SOFA|LapGym|MuJoCo|FEBio) \|", task)
-
-
-def test_what_the_python_of_the_page_computes(page):
-    _, names, _ = page
-    assert 0 < names["sag"] < 0.005 and 0.01 < np.linalg.norm(names["force"]) < 5
-    assert names["contact"].force[2] > 0.01 and names["contact"].ncontact > 3
-    assert names["result"].is_exposed and len(names["depth"]) == 240 and (names["ids"] == 0).any()
-    assert names["step"].observation.shape == (4, 12) and names["image"].std() > 10
-    assert len(names["patient"].roi_point) == 200 and names["fat"].attached.any()
 
 
 def test_the_calibrations_of_the_page_find_the_answer(page):
     """In Python: the answer is 4200 Pa. By files: the world of the scene has 5,000 Pa and a finer, softer mesh, so a
     quarter less fits best."""
-    folder, names, _ = page
+    folder, names, _ = page("calibration")
     assert names["stiffness"].best["young"] == pytest.approx(4200, rel=0.02)
     found = re.search(r"young: *([0-9.e+]+)", (folder / "stiffness" / "calibrated.yaml").read_text())
     assert float(found[1]) == pytest.approx(5000, rel=0.35)
 
 
-def test_files_of_the_page_are_the_same_by_both_ways(page):
-    """Shell and Python build the same patient and run the same operation; the shell has trained a policy."""
-    folder, names, _ = page
-    assert (folder / "policy" / "policy.safetensors").stat().st_size > 10000
+def test_organ_and_environments(page):
+    """Shell and Python build the same patient; the shell has trained a policy."""
+    folder, names, _ = page("organ")
+    assert len(names["patient"].roi_point) == 200 and names["fat"].attached.any()
     same = om.Patient.load(folder / "fat")
     assert same.mesh.x == pytest.approx(names["patient"].mesh.x, abs=1e-7) and np.array_equal(same.mesh.tet, names["patient"].mesh.tet)
+    assert names["step"].observation.shape == (4, 12) and names["image"].std() > 10
+    assert (folder / "policy" / "policy.safetensors").stat().st_size > 10000
+
+
+def test_shell_and_python_run_the_same_operation(page):
+    folder, names, _ = page("operation")
+    assert names["result"].is_exposed
     first, again = ((folder / name / "audit.jsonl").read_text().splitlines() for name in ("small", "small_again"))
     assert len(first) == len(again) > 3
 
 
-def test_c_gives_the_numbers_of_python(page):
-    folder, names, c = page
+def test_mechanics_of_python_and_c(page):
+    """What the Python of the page computes; C gives the same numbers."""
+    folder, names, c = page("mechanics")
+    assert 0 < names["sag"] < 0.005 and 0.01 < np.linalg.norm(names["force"]) < 5
+    assert names["contact"].force[2] > 0.01 and names["contact"].ncontact > 3
+    assert len(names["depth"]) == 240 and (names["ids"] == 0).any()
     compiler = os.environ.get("CC") or "cc"
     library = pathlib.Path(os.environ["OMENTUM_LIBRARY"])
     if not shutil.which(compiler):
@@ -133,4 +178,3 @@ def test_c_gives_the_numbers_of_python(page):
     assert np.array_equal(om.load_png(folder / "block.png"), om.load_png(folder / "block_c.png"))
     sizes = [(folder / name).stat().st_size for name in ("press.vtkhdf", "press_c.vtkhdf")]
     assert min(sizes) > 10000 and abs(sizes[0] - sizes[1]) < 0.1 * max(sizes)
-
