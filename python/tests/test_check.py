@@ -1,4 +1,5 @@
 """check_engine: every engine of the library passes, and so do engines and laws in Python; broken ones are named."""
+# PARTS 2
 import inspect
 
 import numpy as np
@@ -47,7 +48,7 @@ def test_on_a_mesh_of_ones_own():
     assert om.check_engine("fem", mesh, young=1e4)["balance"] < 1e-3
 
 
-def test_broken_promises_are_named():
+def test_broken_promises_are_named(is_slow):
     class Slack(Lattice):  # attachments give way
         name = "slack"
 
@@ -85,7 +86,7 @@ def test_broken_promises_are_named():
     for engine, words in ((Slack(), "attached vertex|grasped vertex|without any load"), (Memory(), "same steps|goes on|whole state|not the beginning"),
                           (Drift(), "without any load"), (Weak(), "not carried")):
         with pytest.raises(AssertionError, match=f"engine {engine.name}: .*({words})"):
-            om.check_engine(engine, block(2, 1, 1))
+            om.check_engine(engine, None if is_slow else block(2, 1, 1))
 
 
 # ---- the package itself ----

@@ -91,10 +91,10 @@ def test_an_acquisition_is_written_and_read(tmp_path):
     assert arm == 0 and begin.p == pytest.approx(pose[0]) and begin.q == pytest.approx(pose[1]) and now.p[2] == pytest.approx(0.05)
 
 
-def test_the_gil_is_free_in_a_step():
+def test_the_gil_is_free_in_a_step(is_slow):
     """While a thread computes in C, this one runs Python."""
     import threading
-    mesh = om.TetMesh.box((0.1, 0.1, 0.1), (11, 11, 11))
+    mesh = om.TetMesh.box((0.1, 0.1, 0.1), [16 if is_slow else 11] * 3)
     mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 2] < 1e-9)
     tissue = om.Tissue(mesh, solver={"nworker": 1})
     thread = threading.Thread(target=lambda: tissue.find_rest(1e-6, strict=False))

@@ -31,7 +31,7 @@ def test_there_are_three_and_each_shows_pictures(tmp_path):
 
 COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the numbers are others
     "1_ct_to_tetrahedra": [("edge=0.0035,", "edge=0.0045,"), ("width=540, height=300", "width=270, height=150"),
-                           ("[0.0025, 0.003, 0.0035, 0.004, 0.005, 0.006, 0.007]", "[0.008, 0.0081, 0.0082, 0.0083, 0.0084, 0.0085, 0.0086]")],
+                           ("[0.0025, 0.003, 0.0035, 0.004, 0.005, 0.006, 0.007]", "[0.0086, 0.0087, 0.0088, 0.0089, 0.009, 0.0091, 0.0092]")],
     "2_lift_with_forces": [("edge=0.004,", "edge=0.006,"), ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
                            ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *")],
     "3_attachments_from_depth": [],

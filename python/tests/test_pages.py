@@ -1,5 +1,5 @@
 """The snippets of doc/from_other_tools.md run, in the order of the page; the pairs of Python and C give the same numbers."""
-# PARTS 4
+# PARTS 5
 import contextlib
 import functools
 import io
@@ -47,7 +47,8 @@ def checked(code):
 
 
 GROUPS = {  # tasks that need nothing of each other, each after the first snippet; all others are "mechanics"
-    "organ": ["From a segmented CT to tissue on an organ", "An environment for reinforcement learning"],
+    "organ": ["From a segmented CT to tissue on an organ"],
+    "environments": ["An environment for reinforcement learning"],
     "calibration": ["Calibrate a material"],
     "operation": ["A whole operation, without a window"],
 }
@@ -55,6 +56,7 @@ CHEAPER = [  # of the quick tests
     ("cells: [5, 4, 3], world_cells: [8, 6, 4]", "cells: [4, 3, 2], world_cells: [6, 5, 3]"),
     ("generations: 2}", "generations: 1, population: 5}"),
     ("planned.csv -o stiffness", "planned.csv -o stiffness || test $? = 1"),  # the coarse model cannot fit
+    ("cells: [8, 8, 1], world_cells: [12, 12, 1]", "cells: [5, 5, 1], world_cells: [8, 8, 1]"),
     ("edge=0.006", "edge=0.008"), ("--edge 6", "--edge 8"), ("--steps 512", "--steps 64"),
     ("center_mm: [-20, 0, 0], radius_mm: 8}", "center_mm: [-20, 0, 0], radius_mm: 8}\nendoscope: {width: 64, height: 48}"),
 ]
@@ -136,12 +138,15 @@ def test_the_calibrations_of_the_page_find_the_answer(page):
     assert float(found[1]) == pytest.approx(5000, rel=0.35)
 
 
-def test_organ_and_environments(page):
-    """Shell and Python build the same patient; the shell has trained a policy."""
+def test_shell_and_python_build_the_same_patient(page):
     folder, names, _ = page("organ")
     assert len(names["patient"].roi_point) == 200 and names["fat"].attached.any()
     same = om.Patient.load(folder / "fat")
     assert same.mesh.x == pytest.approx(names["patient"].mesh.x, abs=1e-7) and np.array_equal(same.mesh.tet, names["patient"].mesh.tet)
+
+
+def test_environments_and_a_policy(page):
+    folder, names, _ = page("environments")
     assert names["step"].observation.shape == (4, 12) and names["image"].std() > 10
     assert (folder / "policy" / "policy.safetensors").stat().st_size > 10000
 

@@ -1,5 +1,5 @@
 """Tasks to learn: environments from NumPy."""
-# PARTS 2
+# PARTS 3
 import numpy as np
 import pytest
 

@@ -1,4 +1,5 @@
 """Scenes, bodies, cameras, the planner: against the C program's own results, geometry by hand, and each other."""
+# PARTS 2
 import pickle
 import re
 
@@ -18,9 +19,9 @@ def sheet():
 
 
 @pytest.fixture(scope="module")
-def patient(ellipsoid):
+def patient(ellipsoid, is_slow):
     """A sheet on an organ."""
-    return om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
+    return om.build_patient(ellipsoid, edge=0.006 if is_slow else 0.012, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
 
 
 # ---- scenes and bodies ----

@@ -1,20 +1,22 @@
 """Worlds and the loop: a world in Python behaves as the one it wraps, listeners see the run, errors come through."""
+# PARTS 3
+import os
+
 import numpy as np
 import pytest
 
 import omentum as om
 
-
-# PARTS 2
-FULL, COARSE = 12, 6
+IS_SLOW = bool(os.environ.get("OM_TEST_SLOW"))
 
 
-def make_scene(ncell=COARSE):
+def make_scene():
+    """The first grasp lifts. Coarse, with small pictures, in the quick tests."""
     scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
-    scene.seed = 201 if ncell == FULL else 207  # the first grasp lifts
+    ncell, scene.seed = (12, 201) if IS_SLOW else (6, 207)
     scene.tissue.cells = (ncell, ncell, 1)
     scene.tissue.world_cells = (3 * ncell // 2, 3 * ncell // 2, 1)
-    if ncell < FULL:
+    if not IS_SLOW:
         for camera in (scene.endoscope, scene.rgbd):
             camera.width, camera.height = 64, 48
     return scene
@@ -84,13 +86,13 @@ def run(scene, wrap, listeners=(), **settings):
     return loop, loop.run(), world
 
 
-def test_a_loop_over_a_world_in_python_is_the_run_of_c(alive, is_slow):
+def test_a_loop_over_a_world_in_python_is_the_run_of_c(alive):
     """In full size to the end, else until the tissue has been lifted for a while."""
-    last = None if is_slow else 330
-    scene, log = make_scene(FULL if is_slow else COARSE), Log()
+    last = None if IS_SLOW else 330
+    scene, log = make_scene(), Log()
     plain = om.retract(scene, supervise=abort_after(last))
-    loop, result, world = run(scene, Wrapped, [log] + ([] if is_slow else [Stop(at=last)]))
-    assert result.outcome == ("exposed" if is_slow else "aborted") and result.actions and np.nanmax(result.samples["force"]) > 0
+    loop, result, world = run(scene, Wrapped, [log] + ([] if IS_SLOW else [Stop(at=last)]))
+    assert result.outcome == ("exposed" if IS_SLOW else "aborted") and result.actions and np.nanmax(result.samples["force"]) > 0
     assert result.outcome == plain.outcome and result.summary["hash"] == plain.summary["hash"]
     assert result.samples["force"] == pytest.approx(plain.samples["force"], nan_ok=True)
     assert log.ticks == loop.ntick and log.outcomes == result.outcome and log.plans[0][0] == 5
@@ -125,23 +127,23 @@ def test_an_exception_in_a_world_or_a_listener_reaches_the_caller():
         run(make_scene(), lambda world: world, [Closing()])
 
 
-def test_a_listener_commands_the_loop():
-    _, result, _ = run(make_scene(), lambda world: world, [Stop(at=20)])
-    assert result.outcome == "aborted" and not result.is_exposed
-
-
-def test_the_plan_before_is_followed_first(tmp_path, is_slow):
+def test_the_plan_before_is_followed_first(tmp_path):
     """In full size, else nine points of a coarse twin."""
-    scene = make_scene(FULL if is_slow else COARSE)
-    scene.task.grid = 5 if is_slow else 3
+    scene = make_scene()
+    scene.task.grid = 5 if IS_SLOW else 3
     before = om.preplan(scene)
-    assert before.chosen and before.points[before.chosen]["verdict"] == "chosen" and len(before.points) == (25 if is_slow else 9)
+    assert before.chosen and before.points[before.chosen]["verdict"] == "chosen" and len(before.points) == (25 if IS_SLOW else 9)
     assert before.plan.actions[0].verb == "reach" and before.plan.actions[0].block == before.chosen
     before.save(tmp_path / "plan.json")
     same = om.Preplan.load(tmp_path / "plan.json")
     assert same.points.keys() == before.points.keys() and same.chosen == before.chosen and str(same) == str(before)
-    result = om.retract(scene, preplan=before, supervise=lambda loop: loop.result.actions and not is_slow and loop.command("abort"))
+    result = om.retract(scene, preplan=before, supervise=lambda loop: loop.result.actions and not IS_SLOW and loop.command("abort"))
     assert result.actions[0]["block"] == before.raw.chosen
+
+
+def test_a_listener_commands_the_loop():
+    _, result, _ = run(make_scene(), lambda world: world, [Stop(at=20)])
+    assert result.outcome == "aborted" and not result.is_exposed
 
 
 def test_a_supervisor_commands_a_run():
@@ -204,6 +206,21 @@ def test_observations_cross_the_border_both_ways(alive):
     assert alive() == 0
 
 
+def test_a_run_writes_its_record(tmp_path):
+    scene = make_scene()
+    result = om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(None if IS_SLOW else 60))
+    assert {"report.html", "run.json", "run.vtkhdf"} <= {p.name for p in (tmp_path / "run").iterdir()}
+    h5py = pytest.importorskip("h5py")
+    assert h5py.is_hdf5(tmp_path / "run" / "run.vtkhdf")
+    recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
+    assert recording.times[-1] <= result.samples["time"][-1] + 1e-6 and len(recording) > 3
+    assert recording.x(0).shape == (recording.nvert, 3) and np.isfinite(recording.x(-1)).all()
+    recording.close()
+    assert result.reason and len(result.samples["time"]) > 3 and result.summary["naction"] == len(result.actions)
+    with pytest.raises(om.Cancelled):
+        om.retract(scene, progress=lambda *_: False)
+
+
 def test_a_recorded_world_is_replayed(tmp_path):
     inner = om.SimulatedWorld(make_scene())
     recorded = om.RecordedWorld(inner, tmp_path / "world.log")
@@ -240,21 +257,6 @@ def test_snapshots_of_a_world_repeat_its_noise():
     assert world.render(160, 120).shape == (120, 160, 3)
     with pytest.raises(om.Invalid, match="reach|speed|pose"):
         world.move(0, (5, 5, 5), 0.02)
-
-
-def test_a_run_writes_its_record(tmp_path, is_slow):
-    scene = make_scene(FULL if is_slow else COARSE)
-    result = om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(None if is_slow else 60))
-    assert {"report.html", "run.json", "run.vtkhdf"} <= {p.name for p in (tmp_path / "run").iterdir()}
-    h5py = pytest.importorskip("h5py")
-    assert h5py.is_hdf5(tmp_path / "run" / "run.vtkhdf")
-    recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
-    assert recording.times[-1] <= result.samples["time"][-1] + 1e-6 and len(recording) > 3
-    assert recording.x(0).shape == (recording.nvert, 3) and np.isfinite(recording.x(-1)).all()
-    recording.close()
-    assert result.reason and len(result.samples["time"]) > 3 and result.summary["naction"] == len(result.actions)
-    with pytest.raises(om.Cancelled):
-        om.retract(scene, progress=lambda *_: False)
 
 
 def interrupt():
