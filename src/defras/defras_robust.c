@@ -51,11 +51,6 @@ typedef struct Again {  // a plan that is repeated
     bool is_alike;      // at the end of the path
 } Again;
 
-typedef struct KeptAgain {  // of a finished repetition in a changed twin
-    double spread, force;
-    int32_t is_held, is_exposing, is_alike, pad;
-} KeptAgain;
-
 typedef struct Robust {
     const OmScene* scene;
     Again* again;

@@ -8,6 +8,12 @@
 // Stages of kept trials: the points, numbered by block, then each changed twin.
 enum { KEPT_POINTS = 0, KEPT_CHANGES = 1 };
 
+typedef struct KeptAgain {  // of a finished repetition in a changed twin
+    double spread;          // m, see OmPreplanPoint
+    double force;           // N, the largest
+    int32_t is_held, is_exposing, is_alike, pad;
+} KeptAgain;
+
 // Repeat the `def->nagain` exposing points of lowest force in changed twins. Sets ntwin, ntwin_exposed, spread, warning
 // and force_most of these points.
 // @param crew   of the believed twin

@@ -94,9 +94,50 @@ static void test_gap(void** state) {
     rig_destroy(&g);
 }
 
+// A straight way past the other tool, whose end has room again: the narrow place counts. From 30 mm on one side of the
+// other tip, 17 mm in front of it, to 25 mm on its other side.
+static void test_the_whole_way_counts(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, object_scene());
+    rig_start(&g);
+    OmLoop* loop = make_loop(&g, NULL);
+    OmObservation obs = {0};
+    assert_ok(om_loop_tick(loop));
+    assert_ok(om_world_observe(g.world, 0, &obs));
+    const OmPsm* psm = om_world_psm(g.world, 0);
+    const OmVec3 b = obs.arm[1].tip.p, to_b = om_normalize(om_sub(b, obs.arm[0].tip.p));
+    const OmVec3 up = om_quat_rotate(g.world_site.pose_world_task.q, om_vec3(0, 0, 1));
+    const OmVec3 side = om_normalize(om_cross(up, to_b)), middle = om_madd(b, -0.017, to_b);
+    const OmVec3 from = om_madd(middle, -0.03, side), end = om_madd(middle, 0.025, side);
+    ArmState* arm = &loop->arm[0];
+    double least = INFINITY, now = 0, last = 0;
+    OmObservation there = obs;
+    for (int k = 0; k <= 11; ++k) {  // each 5 mm
+        const OmPose pose = {om_madd(from, k / 11.0, om_sub(end, from)), obs.arm[0].tip.q};
+        assert_ok(om_psm_inverse(psm, pose, there.arm[0].q, there.arm[0].q));
+        if (k == 0) memcpy(arm->joint, there.arm[0].q, sizeof arm->joint);
+        last = sampled_gap(g.world, &there);
+        least = fmin(least, last);
+        if (k == 0) now = last;
+    }
+    arm->tip = om_pose_apply(om_pose_inverse(loop->grid.task), from);
+    const OmPose goal = {end, obs.arm[0].tip.q};
+    const double found = om__tool_gap(loop, 0, goal);
+    printf("gaps by samples: %.2f mm, then %.2f mm, at the end %.2f mm; found %.2f mm\n", 1e3 * now,
+           1e3 * least, 1e3 * last, 1e3 * found);
+    assert_true(least < 0.007 && last > 0.012 && last < now);
+    assert_near(found, least, 1e-3);
+    assert_false(om__is_apart(loop, 0, goal));
+    om_loop_destroy(loop);
+    om_observation_done(&obs);
+    rig_destroy(&g);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gap),
+        cmocka_unit_test(test_the_whole_way_counts),
         cmocka_unit_test(test_the_other_tool_is_in_the_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

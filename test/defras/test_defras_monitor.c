@@ -422,6 +422,22 @@ static void a_part_is_lifted_where_the_other_lies_still(void** state) {
     table_destroy(&t);
 }
 
+// Tissue and twin rest 10 mm above the twin's mesh; then the twin alone rises by 5 mm. The picture lies still, so that
+// the part is the twin's whole lift.
+static void a_part_is_over_the_place_before_the_grasp(void** state) {
+    (void)state;
+    Table t;
+    table_create(&t);
+    for (int i = 0; i < t.site.mesh.nvert; ++i) t.x[3 * i + 2] += 0.01;
+    table_see_moved(&t, 0.01);
+    OmMonitorFrame f = table_frame(&t, false);
+    assert_below(f.part, 1e-6);
+    for (int i = 0; i < t.site.mesh.nvert; ++i) t.x[3 * i + 2] += 0.005;
+    f = table_frame(&t, true);
+    assert_near(f.part, 0.005, 2e-6);  // float depths
+    table_destroy(&t);
+}
+
 // The twin's far half lies folded 10 mm above its near half; the near half is measured. It is hidden in the twin.
 static void hidden_tissue_of_the_twin_does_not_count(void** state) {
     (void)state;
@@ -882,6 +898,7 @@ int main(void) {
         cmocka_unit_test(states_are_those_of_the_algorithm),
         cmocka_unit_test(states_of_a_fold_have_their_limits),
         cmocka_unit_test(a_part_is_lifted_where_the_other_lies_still),
+        cmocka_unit_test(a_part_is_over_the_place_before_the_grasp),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

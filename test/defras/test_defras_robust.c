@@ -1,4 +1,6 @@
 // A plan repeated in changed twins: each of them made and compared here in another way.
+#include <unistd.h>
+
 #include "defras/defras_robust.h"
 #include "easy_scene.h"
 #include "omentum/shape_closest.h"
@@ -94,8 +96,31 @@ static double median_distance(const OmSurface* s, const int* vert, const double*
     return median;
 }
 
+// Each repetition alone, as the file of finished trials has it.
+static void expect_kept(const char* path, const KeptAgain wanted[5]) {
+    Kept kept;
+    assert_ok(om__kept_open(path, 1, &kept));
+    for (int k = 0; k < 5; ++k) {
+        size_t size;
+        KeptAgain found;
+        const void* data = om__kept_find(&kept, KEPT_CHANGES + k, BLOCK, &size);
+        assert_non_null(data);
+        assert_int_equal(size, sizeof found);
+        memcpy(&found, data, sizeof found);
+        assert_near(found.spread, wanted[k].spread, 1e-9);
+        assert_near(found.force, wanted[k].force, 1e-9);
+        assert_int_equal(found.is_held, 1);
+        assert_int_equal(found.is_exposing, wanted[k].is_exposing);
+        assert_int_equal(found.is_alike, wanted[k].is_exposing);  // no motion is left
+    }
+    om__kept_done(&kept);
+}
+
 static void five_twins_are_compared(void** state) {
     (void)state;
+    char path[] = "/tmp/om_robust_XXXXXX";
+    KeptAgain wanted[5] = {{0}};
+    Kept kept;
     OmScene scene = make_scene(), changed[5];
     OmVec3 aside[5] = {{0, 0, 0}};
     for (int k = 0; k < 5; ++k) changed[k] = scene;
@@ -121,6 +146,7 @@ static void five_twins_are_compared(void** state) {
             const size_t at = 3 * (size_t)i * (size_t)c.nvert;
             largest = fmax(largest, median_distance(&surface, vert, plan.x + at, c.x + at));
         }
+        wanted[k] = (KeptAgain){.spread = largest, .force = c.force, .is_exposing = c.exposes};
         nlarge += largest > 1e-9;
         spread = fmax(spread, largest);
         force = fmax(force, c.force);
@@ -133,7 +159,12 @@ static void five_twins_are_compared(void** state) {
     result->n = 5;
     result->point[BLOCK] =
         (OmPreplanPoint){.block = BLOCK, .arm = 0, .exposes = true, .fold = OM_PLAN_PULL};
-    assert_ok(om__robust_run(&def, &crew, trace, &nothing_kept, result, NULL));
+    close(mkstemp(path));
+    assert_ok(om__kept_open(path, 1, &kept));
+    assert_ok(om__robust_run(&def, &crew, trace, &kept, result, NULL));
+    om__kept_done(&kept);
+    expect_kept(path, wanted);
+    unlink(path);
     const OmPreplanPoint* p = &result->point[BLOCK];
     assert_int_equal(p->ntwin, 5);
     assert_int_equal(p->ntwin_exposed, nexposed);

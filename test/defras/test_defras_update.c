@@ -291,6 +291,7 @@ static void test_a_refusal_changes_nothing(void** state) {
     run_on(&g, g.world, &f, &never, &without);
     assert_int_equal(without.result.nupdate, 1);  // the job is never ripe
     assert_int_equal(without.result.update[0].stage, OM_UPDATE_CANCELLED);
+    assert_int_equal(without.result.update[0].end_tick, -1);
     for (int k = 0; k < 2; ++k) {
         f = (Fake){.site = &g.twin_site, .kind = k ? FAKE_FAIL : FAKE_REFUSE};
         run_on(&g, g.world, &f, NULL, &run);
@@ -377,6 +378,7 @@ static void test_an_end_while_an_estimate_runs(void** state) {
             assert_ok(give(loop, k ? OM_LOOP_CANCEL : OM_LOOP_ABORT));
             assert_int_equal(seen.last, OM_UPDATE_CANCELLED);
             assert_int_equal(om_loop_result(loop)->update[0].stage, OM_UPDATE_CANCELLED);
+            assert_int_equal(om_loop_result(loop)->update[0].end_tick, -1);
             assert_int_equal(atomic_load(&f.nrunning), 0);
         }
         if (k == 3) {  // a failed loop ends its job when it is destroyed

@@ -91,6 +91,35 @@ static void test_normalised(void** state) {
     rig_done(&r);
 }
 
+// One environment, gamma 1/2, rewards 1, 2 and 4, an end after the second: the discounted returns are 1, 2.5 and 4,
+// their variance 1.5. The next rollout continues the episode: 0.5 4 + 2 = 4, and the variance of all four 1.546875.
+static void test_an_end_begins_a_return(void** state) {
+    (void)state;
+    OmRlTrainDef def = {.gamma = 0.5, .lambda = 1, .normalise_reward = true};
+    double reward[3] = {1, 2, 4}, bonus[3] = {0}, running = 0;
+    float value[4] = {0}, advantage[3], target[3];
+    bool is_end[3] = {false, true, false};
+    RlRollout r = {.nstep = 3,
+                   .nenv = 1,
+                   .value = value,
+                   .reward = reward,
+                   .bonus = bonus,
+                   .is_end = is_end,
+                   .advantage = advantage,
+                   .target = target};
+    RlCounters c = {0};
+    om__rl_rollout_finish(&def, &running, &c, &r);
+    assert_near(running, 4, 0);
+    assert_near_rel(c.norm_mean, 2.5, 1e-15);
+    assert_near_rel(reward[2], 4 / sqrt(1.5 + 1e-8), 1e-14);
+    r.nstep = 1;
+    reward[0] = 2;
+    is_end[0] = false;
+    om__rl_rollout_finish(&def, &running, &c, &r);
+    assert_near(running, 4, 0);
+    assert_near_rel(reward[0], 2 / sqrt(1.546875 + 1e-8), 1e-14);
+}
+
 // Weight of the task's reward alone, and of the discriminator's alone: log D is below 0.
 static void test_mixture(void** state) {
     (void)state;
@@ -188,7 +217,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_truncation), cmocka_unit_test(test_normalised),
         cmocka_unit_test(test_mixture),    cmocka_unit_test(test_decay),
-        cmocka_unit_test(test_log_d),
+        cmocka_unit_test(test_log_d),      cmocka_unit_test(test_an_end_begins_a_return),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
