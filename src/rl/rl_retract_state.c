@@ -10,7 +10,8 @@
 
 #define SETTLE_SPEED 1e-3  // m/s, of fat at rest
 #define SETTLE_TIME 20.0   // s, at most
-#define SETTLE_MORE 100    // steps that follow; from the 50th nothing but rounding moves the fat, 0.2 nm a step
+#define SETTLE_MORE \
+    100  // steps that follow; from the 50th nothing but rounding moves the fat, 0.2 nm a step
 #define REST_MOVE 1e-8     // m
 #define STILL 5            // slow steps in a row after which released fat rests
 #define CLEAR 0.001        // m, between the tip and the kidney or the table

@@ -33,7 +33,8 @@ static double write_volume(const char* path, const void* head, size_t nhead, siz
     for (size_t i = 0; i < sizeof block; i++)
         block[i] = is_zero ? 0 : (unsigned char)om_rng_below(&rng, 256);
     FILE* plain = is_gzip ? NULL : fopen(path, "wb");
-    gzFile packed = is_gzip ? gzopen(path, is_zero ? "wb9" : "wb1h") : NULL;  // noise: Huffman codes alone
+    // noise: Huffman codes alone
+    gzFile packed = is_gzip ? gzopen(path, is_zero ? "wb9" : "wb1h") : NULL;
     assert_true(plain || packed);
     if (plain)
         assert_int_equal(fwrite(head, 1, nhead, plain), nhead);

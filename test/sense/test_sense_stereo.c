@@ -204,7 +204,8 @@ static void exact_surfaces(void** state) {
 
 static Pair* make_plane_pair(void) {
     static Pair p;
-    static unsigned char drawn[2][3 * N];  // by the first case that needs it; the cases change their copies
+    // by the first case that needs it; the cases change their copies
+    static unsigned char drawn[2][3 * N];
     static bool is_drawn;
     const Body plane = {.normal = {0.25, 0.1, 0.9631}, .height = 0};
     set_cameras(&p, (OmLens){0}, 0.005, 0.1, 0);

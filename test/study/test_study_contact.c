@@ -16,7 +16,8 @@ static OmStudyContactDef small_def(void) {
     def.truth_ntet = 900;
     def.time_step = 0.05;
     def.contact_ntri = 900;
-    for (int i = 0; i < OM_STUDY_NDEPTH; ++i) def.depth[i] = (test_is_slow() ? 0.002 : 0.001) * (i + 1);
+    for (int i = 0; i < OM_STUDY_NDEPTH; ++i)
+        def.depth[i] = (test_is_slow() ? 0.002 : 0.001) * (i + 1);
     def.nworker = 1;
     return def;
 }
@@ -194,8 +195,9 @@ static int end(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_study),  cmocka_unit_test(test_cancel),   cmocka_unit_test(test_truth),
-        cmocka_unit_test(test_memory), cmocka_unit_test(test_nonsense), cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_study),    cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_truth),    cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_nonsense), cmocka_unit_test(test_numbers),
     };
     return cmocka_run_group_tests(test, begin, end);
 }

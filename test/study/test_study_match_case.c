@@ -241,12 +241,9 @@ static int end(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_twin),
-        cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_files_again),
-        cmocka_unit_test(test_layouts),
-        cmocka_unit_test(test_views),
-        cmocka_unit_test(test_material),
+        cmocka_unit_test(test_twin),        cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_files_again), cmocka_unit_test(test_layouts),
+        cmocka_unit_test(test_views),       cmocka_unit_test(test_material),
         cmocka_unit_test(test_noise),
     };
     return cmocka_run_group_tests(test, begin, end);
