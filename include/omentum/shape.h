@@ -61,6 +61,12 @@ OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, 
 /// Replace every tetrahedron by eight of the same volume; sets get the new vertices between theirs.
 /// @return OM_OK; OM_INVALID (too many elements); OM_NO_MEMORY, the mesh is as before
 OM_API OmStatus om_tet_mesh_refine(OmTetMesh* mesh);
+/// The same, and the ten nodes of every old tetrahedron: its vertices, then the midpoints of its edges 01 02 03 12 13
+/// 23. Tetrahedra 8 t .. 8 t + 7 of the new mesh fill tetrahedron t; of these, the first four have its vertices, in
+/// order.
+/// @param node  out: (ntet x 10), the caller frees it with om_free
+/// @return as om_tet_mesh_refine
+OM_API OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node);
 /// Check indices, finite positions, positive volumes; the message names the first offender.
 /// @return OM_OK; OM_INVALID (the message names the element or vertex)
 OM_API OmStatus om_tet_mesh_validate(const OmTetMesh* mesh);

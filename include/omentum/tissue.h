@@ -29,6 +29,13 @@ extern "C" {
 
 // ---- model ----------------------------------------------------------------------------------------
 
+typedef enum OmTissueElement {
+    OM_ELEMENT_LINEAR,     // tetrahedra of four nodes; far too stiff in bending on few elements
+    OM_ELEMENT_QUADRATIC,  // tetrahedra of ten nodes: vertices and midpoints of edges
+    OM_NTISSUE_ELEMENT
+} OmTissueElement;
+OM_API const char* om_tissue_element_name(OmTissueElement element);  // "quadratic"; null: no such
+
 typedef struct OmTissueDef {              // made by om_tissue_default_def
     const struct OmTissueEngine* engine;  // by om_tissue_default_def; borrowed, a constant table
     // Options of the engine: OmPbdDef, OmChainDef, OmUmeshNet ...; null (default): the engine's defaults. Each engine's
@@ -54,6 +61,10 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     const double* attachment_springs;
     int max_newton;  // 1: one linearisation (thesis (3.5)); > 1: maximum of Newton's iterations; default 1
     double newton_tolerance;  // relative to the residual at the first linearisation; default 1e-3
+    // For om_fem_engine. With OM_ELEMENT_QUADRATIC the model's own mesh has the midpoint of every edge as a vertex,
+    // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held
+    // still. Default OM_ELEMENT_LINEAR.
+    OmTissueElement element;
     // For om_fem_engine: average strains around vertices, which prevents locking (doc/fem.md). Default false.
     bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
@@ -69,8 +80,17 @@ OM_API OmTissueDef om_tissue_default_def(const struct OmTissueEngine* engine,
 /// @return OM_OK; OM_INVALID (the message names the field, the element or the vertex); OM_NO_MEMORY
 OM_API OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model);
 OM_API void om_tissue_destroy(OmTissueModel* model);
-/// The model's own copy of the mesh; x of it is the rest shape.
+/// The model's own copy of the mesh; x of it is the rest shape. With quadratic elements it is the definition's mesh
+/// after om_tet_mesh_refine: arrays of vertices have its nvert.
 OM_API const OmTetMesh* om_tissue_mesh(const OmTissueModel* model);
+/// Vertices of the definition's mesh; they come first in om_tissue_mesh.
+OM_API int om_tissue_corner_count(const OmTissueModel* model);
+/// Forces on all nodes as forces on the definition's vertices: that on a midpoint goes in halves to the ends of its
+/// edge.
+/// @param of_node    (nvert x 3)
+/// @param of_corner  out: (om_tissue_corner_count x 3); may be of_node
+OM_API void om_tissue_gather_corners(const OmTissueModel* model, const double* of_node,
+                                     double* of_corner);
 /// Lumped masses, kg (nvert).
 OM_API const double* om_tissue_mass(const OmTissueModel* model);
 OM_API OmVec3 om_tissue_gravity(const OmTissueModel* model);
@@ -155,7 +175,8 @@ typedef struct OmTissueReport {
     int substeps;            // 1 unless the step had to be cut
     int newton;              // iterations of Newton's method; 0 where one linearisation did
     double newton_residual;  // relative to the residual at the first linearisation
-    int ninverted;  // elements with det F <= 1e-6 at the end; counted by finite elements only
+    // elements with det F <= 1e-6 at the end, of quadratic ones at a quadrature point; counted by finite elements only
+    int ninverted;
     // J, largest rise of energy in a substep beyond the work done and rounding.
     double energy_gain;
     // An accepted substep crushes an element or gains energy; of a network: the input is unlike its training data.

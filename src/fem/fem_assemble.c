@@ -8,7 +8,7 @@
 // each other.
 #include <string.h>
 
-#include "fem/fem_simd.h"
+#include "fem/fem_quadratic.h"
 
 // sum += b p^T, a column at a time.
 OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
@@ -101,6 +101,23 @@ OM__INLINE V4 gather_blocks(const OmFem* fem, const float* left, int i, float* S
     return f;
 }
 
+// The same of quadratic elements, which leave the blocks of the pairs n < m of their ten nodes.
+OM__INLINE V4 gather_quadratic(const OmFem* fem, const float* left, int i, float* S) {
+    static const signed char first[10] = {0, 9, 17, 24, 30, 35, 39, 42, 44, 45};  // pair (n, n + 1)
+    V4 f = splat4(0);
+    for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
+        const OmFemQuadVisit* visit = &fem->quad_visit[at];
+        int own = visit->corner % 10;
+        const float* e = left + OM__QUADRATIC * (size_t)(visit->corner / 10);
+        f += load4(e + OM__QUAD_FORCE + 3 * own);
+        for (int n = 0; n < own; ++n)
+            add_transposed(S + 12 * visit->slot[n], e + 9 * (first[n] + own - n - 1));
+        for (int n = own + 1; n < 10; ++n)
+            add_block(S + 12 * visit->slot[n], e + 9 * (first[own] + n - own - 1));
+    }
+    return f;
+}
+
 // A sum by columns; the last store begins inside the second column.
 OM__INLINE void pack_block(float* out, const float* S) {
     V4 b = load4(S + 4), c = load4(S + 8);
@@ -184,7 +201,8 @@ static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         int adr = A->row_adr[i], num = A->row_adr[i + 1] - adr;
         memset(S, 0, 12 * (size_t)num * sizeof(float));
-        V4 f = gather_blocks(fem, rows->turn.turned, i, S);
+        V4 f = fem->mids ? gather_quadratic(fem, rows->turn.turned, i, S)
+                         : gather_blocks(fem, rows->turn.turned, i, S);
         if (fem->cells) f += splat4(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
         sum_diagonal(S, num);
         float* out = A->value + 9 * (size_t)adr;
@@ -215,10 +233,10 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
     bool is_blocked = fem->is_blocked && !rows->at->is_turned;
     if (fem->cells) start_cells(rows, is_blocked, team, rank, size);
-    if (is_blocked)
-        om__fem_stretch(&rows->turn, first, last);
+    if (fem->mids)
+        (is_blocked ? om__fem_stretch_quadratic : om__fem_turn_quadratic)(&rows->turn, first, last);
     else
-        om__fem_turn(&rows->turn, first, last);
+        (is_blocked ? om__fem_stretch : om__fem_turn)(&rows->turn, first, last);
     if (fem->cells) {
         om_team_barrier(team);
         int64_t ncell = fem->cells->ncell;
@@ -227,7 +245,7 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     om_team_barrier(team);
     float* S = fw->row + (size_t)rank * fw->row_size;
     int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
-    if (is_blocked)
+    if (is_blocked || fem->mids)
         write_blocked_rows(rows, S, begin, end);
     else if (fem->is_mixed)
         write_mixed_rows(rows, S, begin, end);
@@ -244,6 +262,7 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                  .fem = m->data,
                  .w = w,
                  .turn = {.batch = ((const OmFem*)m->data)->batch,
+                          .mids = ((const OmFem*)m->data)->mids,
                           .x = at->x,
                           .v = at->v,
                           .lag = (float)at->lag,

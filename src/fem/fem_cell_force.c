@@ -69,7 +69,8 @@ static double volume_measure(const OmMaterial* material, OmMat3 F, OmMat3* D) {
 }
 
 static OmMat3 inner_stress(const OmMaterial* material, OmMat3 F, double* energy) {
-    if (material->law != OM_COROTATIONAL) return om__law_stress(material, F, energy);
+    if (material->law != OM_COROTATIONAL)
+        return om__law_stress(material, OM_SHARE_WHOLE, F, energy);
     double lambda, mu, bulk;
     om_material_lame(material, &lambda, &mu, &bulk);
     OmMat3 R = om__fem_rotation(F), U = om_mat3_mul(om_mat3_transpose(R), F);

@@ -7,11 +7,12 @@
 //     stable neo-Hookean      (I1 - 3)/2 - (J - 1) + (r + 1)/2 (J - 1)^2
 //     St Venant-Kirchhoff     r/2 (tr E)^2 + |E|^2
 //
-// with r = lambda / mu. Other laws are evaluated in double, element by element. The sum over elements is in double.
-// Its error is about 1e-7 of sum V mu, and with averaged strains (fem_cell.c) it is that of single elements: before
-// the caller accepts a rise it calls om__fem_eval_balance.
-#include "base/base_simd.h"
-#include "fem/fem_simd.h"
+// with r = lambda / mu. The volume ratio of a quadratic element is the smallest of its points. Tried and rejected:
+// that at its vertices too, which the energy does not see; beside a grasp, where strain changes within an element, one
+// to ten of 2,000 elements have such a corner in half of the steps of a lift. Other laws are evaluated in double,
+// element by element. The sum over elements is in double. Its error is about 1e-7 of sum V mu, and with averaged
+// strains (fem_cell.c) it is that of single elements: before the caller accepts a rise it calls om__fem_eval_balance.
+#include "fem/fem_quadratic.h"
 
 // Parts of the elements, each summed by one worker: the same sum for any number of workers.
 #define NBLOCK 64
@@ -34,16 +35,9 @@ typedef struct Check {
     bool is_solved;
 } Check;
 
-// F by columns of the elements of a batch.
-OM__INLINE void gather(const OmFemBatch* batch, const double* x, V16 F[9]) {
-    Lanes d[9];
+// F by columns from edges.
+OM__INLINE void gradient(const OmFemBatch* batch, Lanes d[9], V16 F[9]) {
     V16 edge[9];
-    for (int l = 0; l < OM__LANE; ++l) {
-        const double* o = x + 3 * (size_t)batch->vert[0][l];
-        for (int k = 0; k < 3; ++k)
-            for (int c = 0; c < 3; ++c)
-                d[3 * k + c][l] = (float)(x[3 * (size_t)batch->vert[k + 1][l] + (size_t)c] - o[c]);
-    }
     for (int n = 0; n < 9; ++n) edge[n] = load16(d[n]);
     for (int c = 0; c < 3; ++c) {
         V16 g0 = load16(batch->grad[c]), g1 = load16(batch->grad[3 + c]),
@@ -51,6 +45,18 @@ OM__INLINE void gather(const OmFemBatch* batch, const double* x, V16 F[9]) {
         for (int r = 0; r < 3; ++r)
             F[3 * c + r] = edge[r] * g0 + edge[3 + r] * g1 + edge[6 + r] * g2;
     }
+}
+
+// F of the elements of a batch.
+OM__INLINE void gather(const OmFemBatch* batch, const double* x, V16 F[9]) {
+    Lanes d[9];
+    for (int l = 0; l < OM__LANE; ++l) {
+        const double* o = x + 3 * (size_t)batch->vert[0][l];
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 3; ++c)
+                d[3 * k + c][l] = (float)(x[3 * (size_t)batch->vert[k + 1][l] + (size_t)c] - o[c]);
+    }
+    gradient(batch, d, F);
 }
 
 OM__INLINE V16 norm2(const V16 F[9]) {
@@ -69,7 +75,7 @@ OM__INLINE void cofactors(const V16 F[9], V16 cof[9]) {
 }
 
 // *is_bad: lanes where f has not converged.
-OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
+OM__INLINE V16 corotational(V16 ratio, float shape, V16 I1, V16 cof2, V16 J, I16* is_bad) {
     V16 size2 = I1 + 1e-30F, inv = rsqrt16(size2) * 1.7320508F;  // F scaled to |F|^2 = 3
     V16 inv2 = inv * inv, constant = 9.0F - 4.0F * (cof2 * (inv2 * inv2)),
         j = 8.0F * (J * (inv2 * inv));
@@ -82,23 +88,23 @@ OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
     *is_bad = ~((4.0F * (f * f - 3.0F) * f - j >= MIN_SLOPE) & (abs16(step) <= MAX_STEP));
     f /= inv;
     V16 t = f - 3.0F;
-    return (I1 - 3.0F) - 2.0F * t + 0.5F * ratio * t * t;
+    return shape * ((I1 - 3.0F) - 2.0F * t) + 0.5F * ratio * t * t;
 }
 
 // Below the floor both logarithms continue as Taylor polynomials, as in fem_law.c.
-OM__INLINE V16 neo_hookean(V16 ratio, V16 I1, V16 J) {
+OM__INLINE V16 neo_hookean(V16 ratio, float shape, V16 I1, V16 J) {
     V16 b = max16(J, splat16((float)OM_LAW_LOG_FLOOR)), t = J - b, l = log16(b), inv = 1.0F / b;
     V16 log = l + t * inv * (1.0F - 0.5F * t * inv);
     V16 square = l * l + t * inv * (2.0F * l + t * inv * (1.0F - l));
-    return 0.5F * (I1 - 3.0F) - log + 0.5F * ratio * square;
+    return shape * (0.5F * (I1 - 3.0F) - log) + 0.5F * ratio * square;
 }
 
-OM__INLINE V16 stable_neo_hookean(V16 ratio, V16 I1, V16 J) {
+OM__INLINE V16 stable_neo_hookean(V16 ratio, float shape, V16 I1, V16 J) {
     V16 t = J - 1.0F;
-    return 0.5F * (I1 - 3.0F) - t + 0.5F * (ratio + 1.0F) * t * t;
+    return shape * (0.5F * (I1 - 3.0F) - t) + 0.5F * (ratio + shape) * t * t;
 }
 
-OM__INLINE V16 st_venant(V16 ratio, const V16 F[9]) {
+OM__INLINE V16 st_venant(V16 ratio, float shape, const V16 F[9]) {
     V16 trace = splat16(0.0F), sum = splat16(0.0F);
     for (int a = 0; a < 3; ++a)
         for (int b = a; b < 3; ++b) {
@@ -107,48 +113,74 @@ OM__INLINE V16 st_venant(V16 ratio, const V16 F[9]) {
             sum += (a == b ? 1.0F : 2.0F) * (e * e);
             if (a == b) trace += e;
         }
-    return sum + 0.5F * ratio * trace * trace;
+    return shape * sum + 0.5F * ratio * trace * trace;
 }
 
 // Lanes without a short formula: energy over V mu in double.
-static void evaluate_lanes(const Check* a, int k, const V16 F[9], I16 which, V16* W) {
+static void evaluate_lanes(const Check* a, int k, OmLawShare share, const V16 F[9], I16 which,
+                           V16* W) {
     for (int l = 0; l < OM__LANE; ++l) {
         int e = k * OM__LANE + l;
-        if (!which[l] || e >= a->m->mesh.ntet) continue;
+        if (!which[l] || e >= a->m->nelem) continue;
         double lambda, mu;
         om__fem_lame(a->m, e, &lambda, &mu);
         OmMat3 f = om_mat3_cols(om_vec3((double)F[0][l], (double)F[1][l], (double)F[2][l]),
                                 om_vec3((double)F[3][l], (double)F[4][l], (double)F[5][l]),
                                 om_vec3((double)F[6][l], (double)F[7][l], (double)F[8][l]));
-        (*W)[l] = (float)(om__fem_eval_energy(om__fem_material(a->m, e), f) / mu);
+        (*W)[l] = (float)(om__fem_eval_energy(om__fem_material(a->m, e), share, f) / mu);
     }
 }
 
-// Elastic energy of the lanes in J, and the volume ratio.
-OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J) {
-    const OmFemBatch* batch = &((const OmFem*)a->m->data)->batch[k];
-    V16 F[9], cof[9], W, ratio = load16(batch->ratio), root = load16(batch->root);
+// Elastic energy of a share of the law at F, J, for the volume of `root`; and the volume ratio.
+OM__INLINE double eval_point(const Check* a, int k, bool is_turned, OmLawShare share,
+                             const V16 F[9], V16* J) {
+    const OmFem* fem = a->m->data;
+    const OmFemBatch* batch = &fem->batch[k];
+    V16 cof[9], W, ratio = load16(batch->ratio), root = load16(batch->root);
+    float shape = 1.0F;
+    if (share == OM_SHARE_WIDE) ratio = load16(fem->mids[k].wide), shape = 0.0F;
     I16 left = (I16)splat16(0.0F);
-    gather(batch, x, F);
     cofactors(F, cof);
     *J = F[0] * cof[0] + F[1] * cof[1] + F[2] * cof[2];
     V16 I1 = norm2(F);
     if (is_turned)
-        W = corotational(ratio, I1, norm2(cof), *J, &left);
+        W = corotational(ratio, shape, I1, norm2(cof), *J, &left);
     else if (batch->family == OM__FAMILY_NEO)
-        W = neo_hookean(ratio, I1, *J);
+        W = neo_hookean(ratio, shape, I1, *J);
     else if (batch->family == OM__FAMILY_STABLE)
-        W = stable_neo_hookean(ratio, I1, *J);
+        W = stable_neo_hookean(ratio, shape, I1, *J);
     else if (batch->family == OM__FAMILY_VENANT)
-        W = st_venant(ratio, F);
+        W = st_venant(ratio, shape, F);
     else
         W = splat16(0.0F), left = ~left;
     int nleft = 0;
     for (int l = 0; l < OM__LANE; ++l) nleft -= left[l];
-    if (nleft > 0) evaluate_lanes(a, k, F, left, &W);
+    if (nleft > 0) evaluate_lanes(a, k, share, F, left, &W);
     W *= root * root;  // V mu
     double sum = 0;
-    for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->mesh.ntet; ++l) sum += (double)W[l];
+    for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->nelem; ++l) sum += (double)W[l];
+    return sum;
+}
+
+// Energy of a batch, and the volume ratio of each element: of quadratic ones the smallest of their points.
+OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J) {
+    const OmFem* fem = a->m->data;
+    V16 F[9];
+    if (!fem->mids) {
+        gather(&fem->batch[k], x, F);
+        return eval_point(a, k, is_turned, OM_SHARE_WHOLE, F, J);
+    }
+    Lanes node[27], d[9];
+    double sum = 0;
+    gather_nodes(&fem->batch[k], &fem->mids[k], x, node);
+    for (int q = 0; q < OM__POINTS; ++q) {
+        V16 ratio;
+        point_edges(node, q, d);
+        gradient(&fem->batch[k], d, F);
+        sum += 4 * om__point_volume(q) * eval_point(a, k, is_turned, om__point_share(q), F, &ratio);
+        *J = q == 0 ? ratio : select16(ratio < *J, ratio, *J);
+        *J = select16(ratio == ratio, *J, ratio);  // not a number stays
+    }
     return sum;
 }
 
@@ -179,7 +211,7 @@ static void check_batches(const Check* a, int begin, int end, Part* part) {
         int nlow = 0;
         for (int l = 0; l < OM__LANE; ++l) nlow -= low[l];
         if (nlow == 0) continue;
-        for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->mesh.ntet; ++l) {
+        for (int l = 0; l < OM__LANE && k * OM__LANE + l < fem->nelem; ++l) {
             bool is_crushed = !(J[l] >= 0.1F) && !(J[l] >= least_allowed(was[l], a->is_solved));
             part->ncrushed += is_crushed;
             part->nbarrier += is_crushed && has_barrier(om__fem_material(a->m, k * OM__LANE + l));

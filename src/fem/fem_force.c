@@ -3,7 +3,7 @@
 // Computes the same quantities as a step, but in double and from the state alone, element after element.
 // Corotational: e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a. Other
 // laws: -V P g_a.
-#include "fem/fem_simd.h"
+#include "fem/fem_quadratic.h"
 
 // See fem_turn.c. Newton starts above the largest root and decreases to it.
 OmMat3 om__fem_rotation(OmMat3 F) {
@@ -26,13 +26,13 @@ OmMat3 om__fem_rotation(OmMat3 F) {
     return om_mat3_add(R, om_mat3_scale(-2 / gap, om_mat3_mul(a, C)));
 }
 
-typedef struct Element {
-    const int* vert;
-    OmMat3 g;  // shape gradients of vertices 1, 2, 3 as columns
+typedef struct Element {  // at a quadrature point
+    OmMat3 g;             // gradients of barycentric coordinates 1, 2, 3 as columns
     OmMat3 F;
     OmMat3 P;       // first Piola-Kirchhoff stress, Pa
     double energy;  // J/m^3
     double volume;  // at rest, m^3
+    double L[4];    // barycentric coordinates of a point of a quadratic element
 } Element;
 
 static OmMat3 corotational_strain(OmMat3 F, OmMat3 R) {
@@ -41,36 +41,77 @@ static OmMat3 corotational_strain(OmMat3 F, OmMat3 R) {
     return om_mat3_add(e, om_mat3_diag(om_vec3(-1, -1, -1)));
 }
 
-static OmMat3 corotational_stress(const OmMaterial* m, OmMat3 F, double* energy) {
+static OmMat3 corotational_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
     double lambda, mu, bulk;
-    om_material_lame(m, &lambda, &mu, &bulk);
+    om__law_share(m, share, &lambda, &mu, &bulk);
     OmMat3 R = om__fem_rotation(F), e = corotational_strain(F, R);
     double t = om_mat3_trace(e), p = lambda * t, n = om_mat3_norm(e);
     *energy = mu * n * n + 0.5 * lambda * t * t;
     return om_mat3_mul(R, om_mat3_add(om_mat3_scale(2 * mu, e), om_mat3_diag(om_vec3(p, p, p))));
 }
 
-double om__fem_eval_energy(const OmMaterial* material, OmMat3 F) {
+static OmMat3 eval_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
+    if (m->law == OM_COROTATIONAL) return corotational_stress(m, share, F, energy);
+    return om__law_stress(m, share, F, energy);
+}
+
+double om__fem_eval_energy(const OmMaterial* material, OmLawShare share, OmMat3 F) {
     double energy;
-    if (material->law == OM_COROTATIONAL)
-        corotational_stress(material, F, &energy);
-    else
-        om__law_stress(material, F, &energy);
+    eval_stress(material, share, F, &energy);
     return energy;
 }
 
-static Element look_at(const OmTissueModel* m, const double* x, int e) {
-    Element el = {.vert = m->mesh.tet_vert + 4 * (size_t)e, .volume = m->volume[e]};
-    const double* g = ((const OmFem*)m->data)->grad + 9 * (size_t)e;
+static const int* nodes_of(const OmTissueModel* m, int e) {
+    return om__elem_node(m) + m->nelem_node * (size_t)e;
+}
+
+// A share of the law of element e; of a quadratic one at barycentric coordinates L.
+static Element look_inside(const OmTissueModel* m, const double* x, int e, OmLawShare share,
+                           const double L[4]) {
+    const OmFem* fem = m->data;
+    const int* node = nodes_of(m, e);
+    Element el = {.volume = om__fem_volume(m, e)};
+    const double* g = fem->grad + 9 * (size_t)e;
     el.g = om_mat3_cols(om_load3(g, 0), om_load3(g, 1), om_load3(g, 2));
-    OmVec3 o = om_load3(x, el.vert[0]);
-    OmMat3 D = om_mat3_cols(om_sub(om_load3(x, el.vert[1]), o), om_sub(om_load3(x, el.vert[2]), o),
-                            om_sub(om_load3(x, el.vert[3]), o));
+    OmVec3 y[4];
+    for (int k = 0; k < 4 && !fem->mids; ++k) y[k] = om_load3(x, node[k]);
+    if (fem->mids) om__point_vertices(x, node, L, y);
+    memcpy(el.L, L, sizeof el.L);
+    OmMat3 D = om_mat3_cols(om_sub(y[1], y[0]), om_sub(y[2], y[0]), om_sub(y[3], y[0]));
     el.F = om_mat3_mul(D, om_mat3_transpose(el.g));
-    const OmMaterial* material = om__fem_material(m, e);
-    el.P = material->law == OM_COROTATIONAL ? corotational_stress(material, el.F, &el.energy)
-                                            : om__law_stress(material, el.F, &el.energy);
+    el.P = eval_stress(om__fem_material(m, e), share, el.F, &el.energy);
     return el;
+}
+
+static Element look_at(const OmTissueModel* m, const double* x, int e, int point) {
+    double L[4];
+    om__point_at(point, L);
+    if (!m->elem_node) return look_inside(m, x, e, OM_SHARE_WHOLE, L);
+    Element el = look_inside(m, x, e, om__point_share(point), L);
+    el.volume *= om__point_volume(point);
+    return el;
+}
+
+// Forces of element e on its nodes, from all its points; its energy, J, is returned.
+static double eval_element(const OmTissueModel* m, const double* x, int e, OmVec3 f[10]) {
+    const OmFem* fem = m->data;
+    double energy = 0;
+    for (int n = 0; n < 10; ++n) f[n] = (OmVec3){0, 0, 0};
+    for (int q = 0; q < fem->npoint; ++q) {
+        Element el = look_at(m, x, e, q);
+        energy += el.volume * el.energy;
+        OmMat3 P = om_mat3_scale(-el.volume, el.P);
+        OmVec3 of[4] = {{0, 0, 0},
+                        om_mat3_apply(P, el.g.cx),
+                        om_mat3_apply(P, el.g.cy),
+                        om_mat3_apply(P, el.g.cz)};
+        of[0] = om_scale(-1, om_add(om_add(of[1], of[2]), of[3]));
+        for (int k = 0; k < 4 && !fem->mids; ++k) f[k] = of[k];
+        for (int n = 0; n < 10 && fem->mids; ++n)
+            for (int i = 0; i < (n < 4 ? 1 : 2); ++i)
+                f[n] = om_madd(f[n], om__node_weight(n, i, el.L), of[om__node_end[n][i]]);
+    }
+    return energy;
 }
 
 // Averaged strains: compute forces of all vertices, then select those of the mask.
@@ -95,17 +136,14 @@ done:
 OmStatus om__fem_add_internal_force(const OmTissueModel* m, const double* x,
                                     const unsigned char* mask, double* force, OmVec3* sum) {
     if (((const OmFem*)m->data)->cells) return add_cell_force(m, x, mask, force, sum);
-    for (int e = 0; e < m->mesh.ntet; ++e) {
-        const int* v = m->mesh.tet_vert + 4 * (size_t)e;
-        if (mask && !(mask[v[0]] | mask[v[1]] | mask[v[2]] | mask[v[3]])) continue;
-        Element el = look_at(m, x, e);
-        OmMat3 P = om_mat3_scale(-el.volume, el.P);
-        OmVec3 f[4];
-        f[1] = om_mat3_apply(P, el.g.cx);
-        f[2] = om_mat3_apply(P, el.g.cy);
-        f[3] = om_mat3_apply(P, el.g.cz);
-        f[0] = om_scale(-1, om_add(om_add(f[1], f[2]), f[3]));
-        for (int a = 0; a < 4; ++a) {
+    for (int e = 0; e < m->nelem; ++e) {
+        const int* v = nodes_of(m, e);
+        bool is_asked = !mask;
+        for (int a = 0; a < m->nelem_node && !is_asked; ++a) is_asked = mask[v[a]];
+        if (!is_asked) continue;
+        OmVec3 f[10];
+        eval_element(m, x, e, f);
+        for (int a = 0; a < m->nelem_node; ++a) {
             if (mask && !mask[v[a]]) continue;
             *sum = om_add(*sum, f[a]);
             if (force) om_store3(force, v[a], om_add(om_load3(force, v[a]), f[a]));
@@ -116,10 +154,9 @@ OmStatus om__fem_add_internal_force(const OmTissueModel* m, const double* x,
 
 OmStatus om__fem_get_energy(const OmTissueModel* m, const double* x, double* energy) {
     *energy = 0;
-    for (int e = 0; e < m->mesh.ntet && !((const OmFem*)m->data)->cells; ++e) {
-        Element el = look_at(m, x, e);
-        *energy += el.volume * el.energy;
-    }
+    OmVec3 f[10];
+    for (int e = 0; e < m->nelem && !((const OmFem*)m->data)->cells; ++e)
+        *energy += eval_element(m, x, e, f);
     if (!((const OmFem*)m->data)->cells) return OM_OK;
     OmStatus status = OM_OK;
     double *scratch = NULL, *force = NULL;
@@ -139,7 +176,7 @@ done:
 typedef struct Balance {
     const OmTissueModel* m;
     const double* x;
-    double* corner;  // forces of elements on their vertices                  (ntet x 4 x 3)
+    double* corner;  // forces of elements on their nodes           (nelem x nelem_node x 3)
     double* force;
     double part[NPART];
 } Balance;
@@ -147,26 +184,22 @@ typedef struct Balance {
 static void balance_team(void* ctx, OmTeam* team, int rank, int size) {
     Balance* a = ctx;
     const OmFem* fem = a->m->data;
-    int64_t ntet = a->m->mesh.ntet, nvert = a->m->mesh.nvert;
+    int64_t nelem = a->m->nelem, nvert = a->m->mesh.nvert;
+    int per = a->m->nelem_node;
     for (int k = NPART * rank / size; k < NPART * (rank + 1) / size; ++k) {
         a->part[k] = 0;
-        for (int e = (int)(ntet * k / NPART); e < (int)(ntet * (k + 1) / NPART); ++e) {
-            Element el = look_at(a->m, a->x, e);
-            a->part[k] += el.volume * el.energy;
-            OmMat3 P = om_mat3_scale(-el.volume, el.P);
-            OmVec3 f1 = om_mat3_apply(P, el.g.cx), f2 = om_mat3_apply(P, el.g.cy),
-                   f3 = om_mat3_apply(P, el.g.cz);
-            om_store3(a->corner, 4 * e, om_scale(-1, om_add(om_add(f1, f2), f3)));
-            om_store3(a->corner, 4 * e + 1, f1);
-            om_store3(a->corner, 4 * e + 2, f2);
-            om_store3(a->corner, 4 * e + 3, f3);
+        for (int e = (int)(nelem * k / NPART); e < (int)(nelem * (k + 1) / NPART); ++e) {
+            OmVec3 f[10];
+            a->part[k] += eval_element(a->m, a->x, e, f);
+            for (int n = 0; n < per; ++n) om_store3(a->corner, per * e + n, f[n]);
         }
     }
     om_team_barrier(team);
     for (int i = (int)(nvert * rank / size); i < (int)(nvert * (rank + 1) / size); ++i) {
         OmVec3 f = {0, 0, 0};
         for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at)
-            f = om_add(f, om_load3(a->corner, fem->visit[at].corner));
+            f = om_add(f, om_load3(a->corner,
+                                   fem->mids ? fem->quad_visit[at].corner : fem->visit[at].corner));
         om_store3(a->force, i, f);
     }
 }
@@ -179,8 +212,7 @@ OmStatus om__fem_eval_balance(const OmTissueModel* m, OmTissueWork* w, const dou
         om__cell_balance(m, fw->nworker, x, fw->scratch, force, energy);
         return OM_OK;
     }
-    if (!fw->corner) fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof(double));
-    if (!fw->corner) return OM_NO_MEMORY;
+    if (!fw->corner) OM_ALLOC(fw->corner, 3 * (size_t)m->nelem_node * (size_t)m->nelem);
     Balance a = {.m = m, .x = x, .corner = fw->corner, .force = force};
     om_parallel_team(fw->nworker, balance_team, &a);
     *energy = 0;
@@ -216,6 +248,24 @@ static double measure_of(const OmMaterial* m, const Element* el, OmTissueMeasure
     return 0;
 }
 
+// Element `tet` of the mesh: of a quadratic element the eighth with these four nodes, at its centroid, with the wide
+// part of the law of the whole element.
+static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
+    double L[4] = {0, 0, 0, 0};
+    if (!m->elem_node) return look_at(m, x, tet, 0);
+    const int *node = nodes_of(m, tet / 8), *vert = m->mesh.tet_vert + 4 * (size_t)tet;
+    for (int k = 0; k < 4; ++k) {
+        int n = 0;
+        while (node[n] != vert[k]) ++n;
+        L[om__node_end[n][0]] += n < 4 ? 0.25 : 0.125;
+        if (n >= 4) L[om__node_end[n][1]] += 0.125;
+    }
+    Element el = look_inside(m, x, tet / 8, OM_SHARE_INNER, L), wide = look_at(m, x, tet / 8, 4);
+    el.P = om_mat3_add(el.P, wide.P);
+    el.energy += wide.energy;
+    return el;
+}
+
 OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
                              double* value) {
     OmStatus status = OM_OK;
@@ -227,12 +277,11 @@ OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMe
         om__cell_balance(m, 1, x, scratch, force, &energy);
     }
     for (int e = 0; e < m->mesh.ntet; ++e) {
-        const OmMaterial* material = om__fem_material(m, e);
-        Element el = look_at(m, x, e);
+        const OmMaterial* material = om__fem_material(m, m->elem_node ? e / 8 : e);
+        Element el = look_at_tet(m, x, e);
         if (cells && (measure == OM_VON_MISES || measure == OM_ENERGY_DENSITY)) {
             el.F = om__cell_mean(m, scratch, e, &el.energy);
-            el.P = material->law == OM_COROTATIONAL ? corotational_stress(material, el.F, &energy)
-                                                    : om__law_stress(material, el.F, &energy);
+            el.P = eval_stress(material, OM_SHARE_WHOLE, el.F, &energy);
         }
         value[e] = measure_of(material, &el, measure);
     }

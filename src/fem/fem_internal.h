@@ -22,6 +22,8 @@
 #define OM__LANE 16
 #define OM__TURNED 28   // floats of an element between the passes
 #define OM__BLOCKED 68  // the same where a law is not corotational
+#define OM__QUADRATIC \
+    436  // the same of a quadratic element: 45 blocks, 10 forces, one float unused
 
 typedef enum OmFemFamily {  // how the first pass computes a batch
     OM__FAMILY_TURNED,      // corotational, for all elements of the model
@@ -32,19 +34,30 @@ typedef enum OmFemFamily {  // how the first pass computes a batch
 } OmFemFamily;
 
 typedef struct OmFemBatch {
-    int vert[4][OM__LANE];       // vertices
-    float grad[9][OM__LANE];     // shape gradients of vertices 1, 2, 3 at rest, 1/m
-    float root[OM__LANE];        // sqrt(V mu); zero in unused lanes
-    float ratio[OM__LANE];       // lambda / mu
-    float per_volume[OM__LANE];  // 1 / (6 V): with the product of three edges, det F
+    int vert[4][OM__LANE];    // vertices
+    float grad[9][OM__LANE];  // shape gradients of vertices 1, 2, 3 at rest, 1/m
+    // sqrt(V mu), V the volume of the element or a quarter of it; zero in unused lanes
+    float root[OM__LANE];
+    float ratio[OM__LANE];  // lambda / mu
     OmFemFamily family;
 } OmFemBatch;
+
+typedef struct
+    OmFemMids {  // of a batch of quadratic elements: midpoints of edges 01 02 03 12 13 23
+    int vert[6][OM__LANE];
+    float wide[OM__LANE];  // lambda / mu of the wide part; `ratio` of the batch is the inner law's
+} OmFemMids;
 
 typedef struct OmFemVisit {  // an element at one of its vertices
     int corner;              // 4 element + local vertex
     // position of its vertices in the row: 0 the diagonal, 1 the first neighbour
     unsigned short slot[4];
 } OmFemVisit;
+
+typedef struct OmFemQuadVisit {  // a quadratic element at one of its nodes
+    int corner;                  // 10 element + local node
+    unsigned short slot[10];     // position of its nodes in the row
+} OmFemQuadVisit;
 
 typedef struct OmFemEntry {  // of a sparse operator: to a vertex or a cell
     int index;
@@ -79,23 +92,28 @@ typedef struct OmFemCells {
 } OmFemCells;
 
 typedef struct OmFem {  // model->data
+    int nelem;          // tetrahedra of four or ten nodes
+    int nsub;           // tetrahedra of the mesh in each: 1 or 8
+    int npoint;         // quadrature points in each: 1 or 5
     int nbatch;
     OmFemBatch* batch;  //                                                   (nbatch)
-    double* grad;       // shape gradients of vertices 1, 2, 3, 1/m          (ntet x 9)
+    OmFemMids* mids;    // quadratic                                         (nbatch)
+    double* grad;       // gradients of barycentric coordinates 1, 2, 3, 1/m     (nelem x 9)
     float ratio;        // lambda / mu if all elements have the same
     bool is_mixed;      // elements differ in lambda / mu
     bool is_blocked;    // the first pass uses principal stretches: a law is not corotational
     int* visit_adr;     // first visit of each vertex                        (nvert + 1)
-    OmFemVisit* visit;  //                                                   (4 ntet)
-    int max_row;        // blocks of the longest row
-    OmFemCells* cells;  // null unless strains are averaged
+    OmFemVisit* visit;  // linear                                            (4 nelem)
+    OmFemQuadVisit* quad_visit;  // quadratic                                (10 nelem)
+    int max_row;                 // blocks of the longest row
+    OmFemCells* cells;           // null unless strains are averaged
 } OmFem;
 
 typedef struct OmFemWork {  // work->data
-    int ntet, nworker;      // sizes of the arrays
-    size_t row_size;        // floats of one worker's row
+    int nworker;
+    size_t row_size;  // floats of one worker's row
     float* turned;    // results of the first pass: OM__TURNED or OM__BLOCKED floats an element
-    double* corner;   // forces on the corners of elements, null until needed (ntet x 4 x 3)
+    double* corner;   // forces on the nodes of elements, null until needed (nelem x 4 or 10 x 3)
     float* row;       // the row that a worker gathers                   (nworker x row_size)
     float* cell;      // OM__CELLED floats a cell, where strains are averaged; then 6 scalars a cell
     float* hinge;     // 12 floats an element: its difference from its cells
@@ -104,6 +122,7 @@ typedef struct OmFemWork {  // work->data
 
 typedef struct OmFemTurn {  // arguments of the first pass
     const OmFemBatch* batch;
+    const OmFemMids* mids;
     const double *x, *v;
     float lag;     // s, h + Rayleigh's b: strain is taken at x + lag v
     float scale;   // of the gradients, sqrt(h^2 + h b)
@@ -128,6 +147,9 @@ static inline float* om__cell_scalars(const OmFemCells* c, float* cell) {
     return cell + (size_t)OM__CELLED * OM__LANE * (size_t)om__cell_batches(c);
 }
 
+/// The same for quadratic elements: OM__QUADRATIC floats each, see fem_quadratic.h.
+void om__fem_turn_quadratic(const OmFemTurn* turn, int begin, int end);
+void om__fem_stretch_quadratic(const OmFemTurn* turn, int begin, int end);
 /// The rotation nearest to F, in double: from its invariants, or by SVD where these do not determine it.
 OmMat3 om__fem_rotation(OmMat3 F);
 /// Lame's constants of element e, Pa.
@@ -143,6 +165,8 @@ void om__fem_turn_cells(const OmFemTurn* turn, int begin, int end);
 void om__fem_stretch_cells(const OmFemTurn* turn, int begin, int end);
 /// How a law is computed in batches.
 OmFemFamily om__fem_family(const OmMaterial* material);
+/// Rest volume of element e, m^3.
+double om__fem_volume(const OmTissueModel* model, int e);
 /// The material of element e.
 const OmMaterial* om__fem_material(const OmTissueModel* model, int e);
 /// A and b; see OmTissueEngine.assemble.
@@ -156,7 +180,7 @@ OmStatus om__fem_get_measure(const OmTissueModel* model, const double* x, OmTiss
 void om__fem_check(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
                    const double* x_end, bool is_solved, OmTissueCheck* check);
 /// Energy density at F, J/m^3, every law.
-double om__fem_eval_energy(const OmMaterial* material, OmMat3 F);
+double om__fem_eval_energy(const OmMaterial* material, OmLawShare share, OmMat3 F);
 OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,
                               double* force, double* energy);
 OmStatus om__fem_get_energy(const OmTissueModel* model, const double* x, double* energy);

@@ -5,12 +5,17 @@
 #include "omentum/fem.h"
 
 const OmMaterial* om__fem_material(const OmTissueModel* model, int e) {
-    return &model->def.material[model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0];
+    size_t tet = model->elem_node ? 8 * (size_t)e : (size_t)e;
+    return &model->def.material[model->def.nmaterial > 0 ? model->mesh.tet_label[tet] : 0];
 }
 
 void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu) {
     double bulk;
     om_material_lame(om__fem_material(model, e), lambda, mu, &bulk);
+}
+
+double om__fem_volume(const OmTissueModel* m, int e) {
+    return m->elem_node ? 8 * m->volume[8 * (size_t)e] : m->volume[e];
 }
 
 OmFemFamily om__fem_family(const OmMaterial* m) {
@@ -24,7 +29,7 @@ OmFemFamily om__fem_family(const OmMaterial* m) {
 
 // Does the model need stiffness blocks, because an element is not corotational?
 static bool find_blocked(const OmTissueModel* m) {
-    for (int e = 0; e < m->mesh.ntet; ++e)
+    for (int e = 0; e < m->nelem; ++e)
         if (om__fem_material(m, e)->law != OM_COROTATIONAL) return true;
     return false;
 }
@@ -32,35 +37,42 @@ static bool find_blocked(const OmTissueModel* m) {
 // Gradients of the shape functions of vertices 1, 2, 3: the rows of Dm^-1.
 static OmStatus make_gradients(const OmTissueModel* m, OmFem* fem) {
     const OmTetMesh* mesh = &m->mesh;
-    for (int e = 0; e < mesh->ntet; ++e) {
-        const int* v = mesh->tet_vert + 4 * (size_t)e;
+    for (int e = 0; e < fem->nelem; ++e) {
+        const int* v = om__elem_node(m) + m->nelem_node * (size_t)e;
+        double volume = om__fem_volume(m, e);
         OmVec3 o = om_load3(mesh->x, v[0]), a = om_sub(om_load3(mesh->x, v[1]), o),
                b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
         double* g = fem->grad + 9 * (size_t)e;
-        double inv = 1 / (6 * m->volume[e]);
+        double inv = 1 / (6 * volume);
         om_store3(g, 0, om_scale(inv, om_cross(b, c)));
         om_store3(g, 1, om_scale(inv, om_cross(c, a)));
         om_store3(g, 2, om_scale(inv, om_cross(a, b)));
         for (int k = 0; k < 9; ++k)
             OM_CHECK(isfinite(g[k]) && fabs(g[k]) < 1e15, OM_INVALID,
-                     "fem: element %d is too flat to compute with (volume %g m^3)", e,
-                     m->volume[e]);
+                     "fem: element %d is too flat to compute with (volume %g m^3)", e, volume);
     }
     return OM_OK;
 }
 
 static void fill_batches(const OmTissueModel* m, OmFem* fem) {
-    const OmTetMesh* mesh = &m->mesh;
     for (int k = 0; k < fem->nbatch * OM__LANE; ++k) {
         OmFemBatch* batch = &fem->batch[k / OM__LANE];
-        int l = k % OM__LANE, e = k < mesh->ntet ? k : mesh->ntet - 1;
+        int l = k % OM__LANE, e = k < fem->nelem ? k : fem->nelem - 1;
+        const int* node = om__elem_node(m) + m->nelem_node * (size_t)e;
         double lambda, mu;
         om__fem_lame(m, e, &lambda, &mu);
-        for (int a = 0; a < 4; ++a) batch->vert[a][l] = mesh->tet_vert[4 * (size_t)e + (size_t)a];
+        for (int a = 0; a < 4; ++a) batch->vert[a][l] = node[a];
+        double wide = 0;
+        if (fem->mids) {
+            OmFemMids* mids = &fem->mids[k / OM__LANE];
+            for (int a = 0; a < 6; ++a) mids->vert[a][l] = node[4 + a];
+            wide = fmax(lambda / mu - OM__INNER_RATIO, 0);
+            mids->wide[l] = (float)wide;
+        }
         for (int c = 0; c < 9; ++c) batch->grad[c][l] = (float)fem->grad[9 * (size_t)e + (size_t)c];
-        batch->root[l] = k < mesh->ntet ? (float)sqrt(m->volume[e] * mu) : 0.0F;
-        batch->ratio[l] = (float)(lambda / mu);
-        batch->per_volume[l] = (float)(1 / (6 * m->volume[e]));  // checked by make_gradients
+        double volume = om__fem_volume(m, e) * (fem->mids ? 0.25 : 1);
+        batch->root[l] = k < fem->nelem ? (float)sqrt(volume * mu) : 0.0F;
+        batch->ratio[l] = (float)(lambda / mu - wide);
         OmFemFamily family = om__fem_family(om__fem_material(m, e));
         if (l == 0) batch->family = family;
         if (batch->family != family) batch->family = OM__FAMILY_OTHER;
@@ -71,17 +83,18 @@ static void fill_batches(const OmTissueModel* m, OmFem* fem) {
 
 // Elements of each vertex, ascending, with the places of their vertices in its row of A.
 static OmStatus make_visits(const OmTissueModel* m, OmFem* fem) {
-    const OmTetMesh* mesh = &m->mesh;
+    const int *node = om__elem_node(m), per = m->nelem_node;
+    int nvert = m->mesh.nvert;
     OmBsr A = {0};
     int *adr = NULL, *fill = NULL;
     OmStatus status = OM_OK;
-    size_t n = 4 * (size_t)mesh->ntet;
-    OM_TRY_DONE(om_bsr_create(mesh->nvert, mesh->ntet, 4, mesh->tet_vert, &A));
-    OM_ALLOC_DONE(adr, 4 * n);
-    OM_CALLOC_DONE(fill, (size_t)mesh->nvert);
-    OM_TRY_DONE(om_bsr_find_elements(&A, mesh->ntet, 4, mesh->tet_vert, adr));
-    for (size_t k = 0; k < n; ++k) ++fem->visit_adr[mesh->tet_vert[k] + 1];
-    for (int i = 0; i < mesh->nvert; ++i) {
+    size_t n = (size_t)per * (size_t)fem->nelem;
+    OM_TRY_DONE(om_bsr_create(nvert, fem->nelem, per, node, &A));
+    OM_ALLOC_DONE(adr, (size_t)per * n);
+    OM_CALLOC_DONE(fill, (size_t)nvert);
+    OM_TRY_DONE(om_bsr_find_elements(&A, fem->nelem, per, node, adr));
+    for (size_t k = 0; k < n; ++k) ++fem->visit_adr[node[k] + 1];
+    for (int i = 0; i < nvert; ++i) {
         fem->visit_adr[i + 1] += fem->visit_adr[i];
         int row = A.row_adr[i + 1] - A.row_adr[i];
         fem->max_row = row > fem->max_row ? row : fem->max_row;
@@ -89,11 +102,14 @@ static OmStatus make_visits(const OmTissueModel* m, OmFem* fem) {
                       i, row - 1);
     }
     for (size_t k = 0; k < n; ++k) {
-        int i = mesh->tet_vert[k];
-        OmFemVisit* visit = &fem->visit[fem->visit_adr[i] + fill[i]++];
-        visit->corner = (int)k;
-        for (int b = 0; b < 4; ++b)
-            visit->slot[b] = (unsigned short)(adr[4 * k + (size_t)b] - A.row_adr[i]);
+        int i = node[k], at = fem->visit_adr[i] + fill[i]++;
+        unsigned short* slot = fem->visit ? fem->visit[at].slot : fem->quad_visit[at].slot;
+        for (int b = 0; b < per; ++b)
+            slot[b] = (unsigned short)(adr[(size_t)per * k + (size_t)b] - A.row_adr[i]);
+        if (fem->visit)
+            fem->visit[at].corner = (int)k;
+        else
+            fem->quad_visit[at].corner = (int)k;
     }
 done:
     om_bsr_destroy(&A);
@@ -106,25 +122,35 @@ static void fem_destroy(OmTissueModel* m) {
     OmFem* fem = m->data;
     if (!fem) return;
     om_free(fem->batch);
+    om_free(fem->mids);
     om_free(fem->grad);
     om__cells_destroy(fem->cells);
     om_free(fem->visit_adr);
     om_free(fem->visit);
+    om_free(fem->quad_visit);
     om_free(fem);
     m->data = NULL;
 }
 
 static OmStatus fem_create(OmTissueModel* m) {
-    OM_CHECK(m->mesh.ntet < 1 << 29, OM_INVALID, "fem: %d elements are too many", m->mesh.ntet);
+    OM_CHECK(m->mesh.ntet < 1 << 27, OM_INVALID, "fem: %d elements are too many", m->mesh.ntet);
     OmFem* fem = om_calloc(1, sizeof *fem);
     if (!fem) return OM_NO_MEMORY;
     m->data = fem;  // freed with the model, whatever fails below
-    fem->nbatch = om_block_count(m->mesh.ntet, OM__LANE);
+    bool is_quadratic = m->elem_node != NULL;
+    fem->nelem = m->nelem;
+    fem->nsub = is_quadratic ? 8 : 1;
+    fem->npoint = is_quadratic ? 5 : 1;
+    fem->nbatch = om_block_count(fem->nelem, OM__LANE);
     fem->batch = om_calloc((size_t)fem->nbatch, sizeof *fem->batch);
-    fem->grad = om_alloc((size_t)m->mesh.ntet, 9 * sizeof *fem->grad);
     fem->visit_adr = om_calloc((size_t)m->mesh.nvert + 1, sizeof *fem->visit_adr);
-    fem->visit = om_alloc((size_t)m->mesh.ntet, 4 * sizeof *fem->visit);
-    if (!fem->batch || !fem->grad || !fem->visit_adr || !fem->visit) return OM_NO_MEMORY;
+    if (is_quadratic) fem->mids = om_calloc((size_t)fem->nbatch, sizeof *fem->mids);
+    if (!fem->batch || !fem->visit_adr || (is_quadratic && !fem->mids)) return OM_NO_MEMORY;
+    OM_ALLOC(fem->grad, 9 * (size_t)fem->nelem);
+    if (is_quadratic)
+        OM_ALLOC(fem->quad_visit, 10 * (size_t)fem->nelem);
+    else
+        OM_ALLOC(fem->visit, 4 * (size_t)fem->nelem);
     OM_TRY(make_gradients(m, fem));
     fem->is_blocked = find_blocked(m);
     fill_batches(m, fem);
@@ -133,7 +159,10 @@ static OmStatus fem_create(OmTissueModel* m) {
 }
 
 // Floats an element leaves for the second pass.
-static size_t left_size(const OmFem* fem) { return fem->is_blocked ? OM__BLOCKED : OM__TURNED; }
+static size_t left_size(const OmFem* fem) {
+    if (fem->mids) return OM__QUADRATIC;
+    return fem->is_blocked ? OM__BLOCKED : OM__TURNED;
+}
 
 static void fem_destroy_work(OmTissueWork* w) {
     OmFemWork* fw = w->data;
@@ -153,7 +182,6 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     OmFemWork* fw = om_calloc(1, sizeof *fw);
     if (!fw) return OM_NO_MEMORY;
     w->data = fw;  // freed with the work, whatever fails below
-    fw->ntet = m->mesh.ntet;
     fw->nworker = m->def.solver.nworker;
     fw->row_size = (size_t)fem->max_row * 24 + 16;
     fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, left_size(fem) * sizeof(float));
@@ -167,19 +195,21 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
         fw->scratch = om_alloc(om__cell_scratch_size(m), sizeof *fw->scratch);
         return fw->cell && fw->hinge && fw->scratch ? OM_OK : OM_NO_MEMORY;
     }
-    fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof *fw->corner);
-    return fw->corner ? OM_OK : OM_NO_MEMORY;
+    OM_ALLOC(fw->corner, 3 * (size_t)m->nelem_node * (size_t)m->nelem);
+    return OM_OK;
 }
 
 static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     const OmFem* fem = m->data;
     const OmFemWork* fw = w->data;
-    size_t ntet = (size_t)m->mesh.ntet, nbatch = (size_t)fem->nbatch;
-    return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
-           ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
+    size_t nelem = (size_t)fem->nelem, nbatch = (size_t)fem->nbatch;
+    size_t visit = fem->visit ? 4 * sizeof *fem->visit : 10 * sizeof *fem->quad_visit;
+    return sizeof *fem + nbatch * sizeof *fem->batch + nelem * 9 * sizeof(double) +
+           (fem->mids ? nbatch * sizeof *fem->mids : 0) +
+           ((size_t)m->mesh.nvert + 1) * sizeof(int) + nelem * visit + sizeof *fw +
            om__cells_memory(m, fem->cells) +
            (fw->scratch ? om__cell_scratch_size(m) * sizeof(double) : 0) +
-           (fw->corner ? ntet * 12 * sizeof(double) : 0) +
+           (fw->corner ? nelem * 3 * (size_t)m->nelem_node * sizeof(double) : 0) +
            nbatch * OM__LANE * left_size(fem) * sizeof(float) +
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
@@ -193,6 +223,7 @@ static const OmTissueEngine engine = {
     .number = number,
     .has_law = true,
     .can_average = true,
+    .has_quadratic = true,
     .has_springs = true,
     .create = fem_create,
     .destroy = fem_destroy,

@@ -153,10 +153,20 @@ static void add_corotational(OmPrincipal* p, const Stretches* a, double lambda, 
     }
 }
 
-void om__principal_eval(const OmMaterial* m, const double s[3], OmPrincipal* p) {
+void om__law_share(const OmMaterial* m, OmLawShare share, double* lambda, double* mu, double* K) {
+    om_material_lame(m, lambda, mu, K);
+    if (share == OM_SHARE_WHOLE) return;
+    double wide = fmax(*lambda - OM__INNER_RATIO * *mu, 0);
+    *lambda = share == OM_SHARE_WIDE ? wide : *lambda - wide;
+    *K = share == OM_SHARE_WIDE ? wide : *K - wide;
+    if (share == OM_SHARE_WIDE) *mu = 0;
+}
+
+void om__principal_eval(const OmMaterial* m, OmLawShare share, const double s[3], OmPrincipal* p) {
     Stretches a = {.s = s, .J = s[0] * s[1] * s[2]};
     double lambda, mu, K;
-    om_material_lame(m, &lambda, &mu, &K);
+    om__law_share(m, share, &lambda, &mu, &K);
+    bool has_shape = share != OM_SHARE_WIDE;
     for (int i = 0; i < 3; ++i) {
         double u = s[(i + 1) % 3], v = s[(i + 2) % 3];
         a.c[i] = u * v;
@@ -181,14 +191,14 @@ void om__principal_eval(const OmMaterial* m, const double s[3], OmPrincipal* p) 
     }
     case OM_MOONEY_RIVLIN: {
         double c10 = m->c10 + m->c01 > 0 ? m->c10 : mu / 2;
-        add_first(p, &a, c10, power_of(a.J, -2.0 / 3));
-        if (m->c01 > 0) add_second(p, &a, m->c01, power_of(a.J, -4.0 / 3));
+        if (has_shape) add_first(p, &a, c10, power_of(a.J, -2.0 / 3));
+        if (has_shape && m->c01 > 0) add_second(p, &a, m->c01, power_of(a.J, -4.0 / 3));
         add_volume(p, &a, volumetric(m, K, a.J));
         break;
     }
     case OM_OGDEN:
     case OM_OGDEN_COUPLED:
-        for (int n = 0; n < nterm; ++n) {
+        for (int n = 0; n < nterm && has_shape; ++n) {
             double alpha = m->nterm > 0 ? m->ogden_alpha[n] : 2;
             double mu_n = m->nterm > 0 ? m->ogden_mu[n] : mu;
             bool is_coupled = m->law == OM_OGDEN_COUPLED;
@@ -224,9 +234,7 @@ void om__principal_project(OmPrincipal* p) {
     }
 }
 
-static OmMat3 linear_stress(const OmMaterial* m, OmMat3 F, double* energy) {
-    double lambda, mu, K;
-    om_material_lame(m, &lambda, &mu, &K);
+static OmMat3 linear_stress(double lambda, double mu, OmMat3 F, double* energy) {
     OmMat3 e = om_mat3_scale(0.5, om_mat3_add(F, om_mat3_transpose(F)));
     e = om_mat3_add(e, om_mat3_diag(om_vec3(-1, -1, -1)));
     double t = om_mat3_trace(e), n = om_mat3_norm(e);
@@ -242,13 +250,13 @@ static OmMat3 volume_stress(double mu, Taylor U, OmMat3 F, OmMat3 cof, double* e
     return om_mat3_add(om_mat3_scale(mu, F), om_mat3_scale(U.d, cof));
 }
 
-OmMat3 om__law_stress(const OmMaterial* m, OmMat3 F, double* energy) {
+OmMat3 om__law_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
     double lambda, mu, bulk;
-    om_material_lame(m, &lambda, &mu, &bulk);
+    om__law_share(m, share, &lambda, &mu, &bulk);
     OmMat3 cof = om_mat3_cols(om_cross(F.cy, F.cz), om_cross(F.cz, F.cx), om_cross(F.cx, F.cy));
     double J = om_dot(F.cx, cof.cx);
     // The common laws straight from F.
-    if (m->law == OM_LINEAR) return linear_stress(m, F, energy);
+    if (m->law == OM_LINEAR) return linear_stress(lambda, mu, F, energy);
     if (m->law == OM_NEO_HOOKEAN) {
         return volume_stress(mu, logs_of(-mu, lambda / 2, J), F, cof, energy);
     }
@@ -270,7 +278,7 @@ OmMat3 om__law_stress(const OmMaterial* m, OmMat3 F, double* energy) {
     OmPrincipal p;
     om_mat3_svd(F, &U, &s, &V);
     const double stretch[3] = {s.x, s.y, s.z};
-    om__principal_eval(m, stretch, &p);
+    om__principal_eval(m, share, stretch, &p);
     *energy = p.W;
     OmMat3 D = om_mat3_diag(om_vec3(p.P[0], p.P[1], p.P[2]));
     return om_mat3_mul(U, om_mat3_mul(D, om_mat3_transpose(V)));

@@ -13,10 +13,11 @@
 // double, one by one.
 //
 // Everything is in units of mu; a batch has one law, ratios lambda / mu may differ.
-#include "base/base_simd.h"
-#include "fem/fem_simd.h"
+#include "fem/fem_quadratic.h"
 
-#define NSWEEP 4         // of Jacobi rotations; three leave 1e-5 for stretches of 3
+#define NSWEEP 4  // of Jacobi rotations; three leave 1e-5 for stretches of 3
+#define PRESSED \
+    1e-3F  // -U' of a wide part, over mu, from which on its H is not singular by rounding
 #define MIN_RATIO 1e-3F  // middle stretch over the largest: below, U is not determined
 
 // Symmetric 3x3 matrices: 00, 11, 22, then 12, 02, 01, so that 3 + k is the pair without k.
@@ -109,20 +110,36 @@ OM__INLINE void decompose(const V16 F[9], Frame* f) {
     f->is_bad = ~(f->s[1] > MIN_RATIO * f->s[0]);
 }
 
+// Is H positive definite?
+OM__INLINE I16 is_positive(const V16 H[6]) {
+    V16 minor = H[0] * H[1] - H[5] * H[5];
+    V16 det =
+        H[2] * minor - H[3] * (H[0] * H[3] - H[4] * H[5]) + H[4] * (H[5] * H[3] - H[1] * H[4]);
+    return (H[0] > 0.0F) & (minor > 0.0F) & (det > 0.0F);
+}
+
 // ---- laws ---------------------------------------------------------------------------------------------------
 
-// W = I1 / 2 + U(J): stress and tangent from U' and U''.
-OM__INLINE void by_volume(const V16 F[9], V16 dU, V16 ddU, V16 dU_stress, Frame* f) {
+// `shape` of the laws is 1, or 0 for the wide part of a law, which has lambda alone: its H is singular at rest, and in
+// tension its geometric stiffness is below zero. Where tangents are projected (not `keeps`), that is left out, and
+// under pressure it is kept if H is positive definite.
+//
+// W = shape I1 / 2 + U(J): stress and tangent from U' and U''.
+OM__INLINE void by_volume(const V16 F[9], float shape, bool keeps, V16 dU, V16 ddU, V16 dU_stress,
+                          Frame* f) {
     const V16* s = f->s;
     V16 c[3] = {s[1] * s[2], s[2] * s[0], s[0] * s[1]}, cof[9];
+    I16 is_pressed = dU < -PRESSED;
+    V16 geometric = keeps ? dU : select16(is_pressed, dU, splat16(0));
     for (int k = 0; k < 3; ++k) {
-        f->H[k] = 1.0F + ddU * c[k] * c[k];
-        f->H[3 + k] = ddU * c[(k + 1) % 3] * c[(k + 2) % 3] + dU * s[k];
-        f->own[k] = splat16(1.0F);
+        f->H[k] = shape + ddU * c[k] * c[k];
+        f->H[3 + k] = ddU * c[(k + 1) % 3] * c[(k + 2) % 3] + geometric * s[k];
+        f->own[k] = splat16(shape);
         f->cross[k] = -dU * s[k];
         cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
     }
-    for (int k = 0; k < 9; ++k) f->P[k] = F[k] + dU_stress * cof[k];
+    if (!keeps) f->is_bad |= is_pressed & ~is_positive(f->H);
+    for (int k = 0; k < 9; ++k) f->P[k] = shape * F[k] + dU_stress * cof[k];
 }
 
 OM__INLINE V16 determinant(const V16 F[9]) {
@@ -131,59 +148,59 @@ OM__INLINE V16 determinant(const V16 F[9]) {
     return dot3(F, c);
 }
 
-// U' and U'' of -ln J + ratio/2 (ln J)^2, continued below the barrier.
-OM__INLINE V16 neo_volume(V16 J, V16 ratio, V16* ddU) {
+// U' and U'' of -shape ln J + ratio/2 (ln J)^2, continued below the barrier.
+OM__INLINE V16 neo_volume(V16 J, V16 ratio, float shape, V16* ddU) {
     V16 b = max16(J, splat16((float)OM_LAW_LOG_FLOOR)), inv = 1.0F / b;
-    V16 d = ratio * log16(b) - 1.0F;
+    V16 d = ratio * log16(b) - shape;
     *ddU = (ratio - d) * inv * inv;
     return d * inv + (J - b) * *ddU;
 }
 
-OM__INLINE void neo_hookean(const V16 F[9], V16 ratio, Frame* f) {
+OM__INLINE void neo_hookean(const V16 F[9], V16 ratio, float shape, bool keeps, Frame* f) {
     V16 ddU, unused;
-    V16 dU = neo_volume(f->s[0] * f->s[1] * f->s[2], ratio, &ddU);
-    by_volume(F, dU, ddU, neo_volume(determinant(F), ratio, &unused), f);
+    V16 dU = neo_volume(f->s[0] * f->s[1] * f->s[2], ratio, shape, &ddU);
+    by_volume(F, shape, keeps, dU, ddU, neo_volume(determinant(F), ratio, shape, &unused), f);
 }
 
-OM__INLINE void stable_neo_hookean(const V16 F[9], V16 ratio, Frame* f) {
-    V16 k = ratio + 1.0F;
-    by_volume(F, k * (f->s[0] * f->s[1] * f->s[2] - 1.0F) - 1.0F, k,
-              k * (determinant(F) - 1.0F) - 1.0F, f);
+OM__INLINE void stable_neo_hookean(const V16 F[9], V16 ratio, float shape, bool keeps, Frame* f) {
+    V16 k = ratio + shape;
+    by_volume(F, shape, keeps, k * (f->s[0] * f->s[1] * f->s[2] - 1.0F) - shape, k,
+              k * (determinant(F) - 1.0F) - shape, f);
 }
 
-OM__INLINE void st_venant(const V16 F[9], V16 ratio, Frame* f) {
+OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Frame* f) {
     const V16* s = f->s;
     V16 t = 0.5F * ratio * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2] - 3.0F);
+    if (!keeps) t = max16(t, splat16(0));
     for (int k = 0; k < 3; ++k) {
         V16 u = s[(k + 1) % 3], v = s[(k + 2) % 3];
-        f->H[k] = t - 1.0F + (ratio + 3.0F) * s[k] * s[k];
+        f->H[k] = t - shape + (ratio + 3.0F * shape) * s[k] * s[k];
         f->H[3 + k] = ratio * u * v;
-        f->own[k] = t - 1.0F + u * u + v * v;
-        f->cross[k] = u * v;
+        f->own[k] = t + shape * (u * u + v * v - 1.0F);
+        f->cross[k] = shape * u * v;
     }
     V16 S[9], trace = splat16(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
     for (int k = 0; k < 3; ++k) trace += dot3(F + 3 * k, F + 3 * k);
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
-            S[3 * c + r] =
-                dot3(F + 3 * r, F + 3 * c) + (r == c ? 0.5F * ratio * trace - 1.0F : splat16(0));
+            S[3 * c + r] = shape * dot3(F + 3 * r, F + 3 * c) +
+                           (r == c ? 0.5F * ratio * trace - shape : splat16(0));
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
             f->P[3 * c + r] = F[r] * S[3 * c] + F[3 + r] * S[3 * c + 1] + F[6 + r] * S[3 * c + 2];
 }
 
-// Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double.
-OM__INLINE void project(Frame* f) {
+// Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double. That of a wide part is
+// singular at rest, and positive semidefinite by its law.
+OM__INLINE void project(Frame* f, bool is_wide) {
     for (int k = 0; k < 3; ++k) {
         V16 flip = max16(f->own[k] + f->cross[k], splat16(0)),
             twist = max16(f->own[k] - f->cross[k], splat16(0));
         f->own[k] = 0.5F * (flip + twist);
         f->cross[k] = 0.5F * (flip - twist);
     }
-    V16 minor = f->H[0] * f->H[1] - f->H[5] * f->H[5];
-    V16 det = f->H[2] * minor - f->H[3] * (f->H[0] * f->H[3] - f->H[4] * f->H[5]) +
-              f->H[4] * (f->H[5] * f->H[3] - f->H[1] * f->H[4]);
-    f->is_bad |= ~((f->H[0] > 0.0F) & (minor > 0.0F) & (det > 0.0F));
+    if (is_wide) return;
+    f->is_bad |= ~is_positive(f->H);
 }
 
 // ---- one element at a time ------------------------------------------------------------------------------------
@@ -200,29 +217,29 @@ static void set_lane_matrix(V16* m, int l, OmMat3 a) {
 }
 
 // The linear law does not use stretches: its frame is the world's.
-static void linear_lane(const OmMaterial* m, double mu, const V16 F[9], int l, Frame* f) {
-    double energy;
-    OmMat3 P = om__law_stress(m, lane_matrix(F, l), &energy);
+static void linear_lane(const OmMaterial* m, OmLawShare share, double mu, const V16 F[9], int l,
+                        Frame* f) {
+    double energy, lambda, shape, bulk;
+    OmMat3 P = om__law_stress(m, share, lane_matrix(F, l), &energy);
+    om__law_share(m, share, &lambda, &shape, &bulk);
     set_lane_matrix(f->U, l, om_mat3_identity());
     set_lane_matrix(f->V, l, om_mat3_identity());
     set_lane_matrix(f->P, l, om_mat3_scale(1 / mu, P));
-    double lambda, bulk;
-    om_material_lame(m, &lambda, &mu, &bulk);
     for (int k = 0; k < 3; ++k) {
-        f->H[k][l] = (float)(lambda / mu + 2);
+        f->H[k][l] = (float)((lambda + 2 * shape) / mu);
         f->H[3 + k][l] = (float)(lambda / mu);
-        f->own[k][l] = f->cross[k][l] = 1;
+        f->own[k][l] = f->cross[k][l] = (float)(shape / mu);
     }
 }
 
-static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l, bool is_exact,
-                           Frame* f) {
+static void principal_lane(const OmMaterial* m, OmLawShare share, double mu, const V16 F[9], int l,
+                           bool is_exact, Frame* f) {
     OmMat3 U, V;
     OmVec3 s;
     OmPrincipal p;
     om_mat3_svd(lane_matrix(F, l), &U, &s, &V);
     const double stretch[3] = {s.x, s.y, s.z};
-    om__principal_eval(m, stretch, &p);
+    om__principal_eval(m, share, stretch, &p);
     if (!is_exact) om__principal_project(&p);
     OmMat3 D = om_mat3_diag(om_vec3(p.P[0] / mu, p.P[1] / mu, p.P[2] / mu));
     set_lane_matrix(f->U, l, U);
@@ -238,20 +255,21 @@ static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l
 
 // The material of an element or a cell; null in unused lanes.
 static const OmMaterial* lane_material(const OmFemTurn* t, bool is_cell, int k) {
-    if (!is_cell) return k < t->model->mesh.ntet ? om__fem_material(t->model, k) : NULL;
+    if (!is_cell) return k < t->model->nelem ? om__fem_material(t->model, k) : NULL;
     return k < t->cells->ncell ? &t->cells->inner[t->cells->material[k]] : NULL;
 }
 
-static void repair_lanes(const OmFemTurn* t, bool is_cell, int batch, const V16 F[9], Frame* f) {
+static void repair_lanes(const OmFemTurn* t, bool is_cell, OmLawShare share, int batch,
+                         const V16 F[9], Frame* f) {
     for (int l = 0; l < OM__LANE; ++l) {
         const OmMaterial* m = lane_material(t, is_cell, batch * OM__LANE + l);
         if (!f->is_bad[l] || !m) continue;
         double lambda, mu, bulk;
         om_material_lame(m, &lambda, &mu, &bulk);
         if (m->law == OM_LINEAR)
-            linear_lane(m, mu, F, l, f);
+            linear_lane(m, share, mu, F, l, f);
         else
-            principal_lane(m, mu, F, l, t->is_exact, f);
+            principal_lane(m, share, mu, F, l, t->is_exact, f);
     }
 }
 
@@ -268,9 +286,11 @@ OM__INLINE void turn_block(const V16 U[9], const V16 m[9], V16 out[9]) {
             out[3 * c + r] = a[r] * U[c] + a[3 + r] * U[3 + c] + a[6 + r] * U[6 + c];
 }
 
-OM__INLINE void make_blocks(const Frame* f, const V16 g[12], V16 scale, Lanes* out) {
-    static const int pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    for (int p = 0; p < 6; ++p) {
+static const signed char linear_pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+OM__INLINE void make_blocks(const Frame* f, const V16 g[12], V16 scale, int npair,
+                            const signed char (*pair)[2], Lanes* out) {
+    for (int p = 0; p < npair; ++p) {
         const V16 *a = g + 3 * pair[p][0], *b = g + 3 * pair[p][1];
         V16 k[9], K[9], sb[3] = {scale * b[0], scale * b[1], scale * b[2]};
         for (int i = 0; i < 3; ++i) {
@@ -317,18 +337,41 @@ OM__INLINE void make_forces(const V16 P[9], const V16 grad[12], V16 scale, Lanes
             V16 force = -scale * (P[r] * grad[3 * n] + P[3 + r] * grad[3 * n + 1] +
                                   P[6 + r] * grad[3 * n + 2]);
             sum[r] -= force;
-            store16(out[54 + 3 * n + r], force);
+            store16(out[3 * n + r], force);
         }
-    for (int r = 0; r < 3; ++r) store16(out[54 + r], sum[r]);
+    for (int r = 0; r < 3; ++r) store16(out[r], sum[r]);
 }
 
-OM__INLINE void make_law(OmFemFamily family, const V16 F[9], V16 ratio, Frame* f) {
+OM__INLINE void make_law(OmFemFamily family, const V16 F[9], V16 ratio, float shape, bool keeps,
+                         Frame* f) {
     switch (family) {
-    case OM__FAMILY_NEO: neo_hookean(F, ratio, f); break;
-    case OM__FAMILY_STABLE: stable_neo_hookean(F, ratio, f); break;
-    case OM__FAMILY_VENANT: st_venant(F, ratio, f); break;
-    default: st_venant(F, ratio, f); f->is_bad = f->is_bad | -1;
+    case OM__FAMILY_NEO: neo_hookean(F, ratio, shape, keeps, f); break;
+    case OM__FAMILY_STABLE: stable_neo_hookean(F, ratio, shape, keeps, f); break;
+    case OM__FAMILY_VENANT: st_venant(F, ratio, shape, keeps, f); break;
+    default: st_venant(F, ratio, shape, keeps, f); f->is_bad = f->is_bad | -1;
     }
+}
+
+// The frame of a batch at a point, from F and F'; gradients of its coordinates, and the same turned by V^T.
+OM__INLINE void stretch_point(const OmFemTurn* t, OmLawShare share, int k, Lanes Fl[9], Lanes Gl[9],
+                              Frame* f, V16 rate[9], V16 grad[12], V16 g[12]) {
+    const OmFemBatch* batch = &t->batch[k];
+    bool is_wide = share == OM_SHARE_WIDE;
+    V16 F[9], ratio = load16(is_wide ? t->mids[k].wide : batch->ratio);
+    for (int n = 0; n < 9; ++n) {
+        F[n] = load16(Fl[n]);
+        rate[n] = load16(Gl[n]) - F[n];  // lag dF/dt
+        grad[3 + n] = load16(batch->grad[n]);
+    }
+    for (int r = 0; r < 3; ++r) grad[r] = -(grad[3 + r] + grad[6 + r] + grad[9 + r]);
+    decompose(F, f);
+    make_law(batch->family, F, ratio, is_wide ? 0.0F : 1.0F, !is_wide || t->is_exact, f);
+    if (!t->is_exact) project(f, is_wide);
+    int nbad = 0;
+    for (int l = 0; l < OM__LANE; ++l) nbad -= f->is_bad[l];
+    if (nbad > 0) repair_lanes(t, false, share, k, F, f);
+    for (int n = 0; n < 4; ++n)
+        for (int r = 0; r < 3; ++r) g[3 * n + r] = dot3(f->V + 3 * r, grad + 3 * n);
 }
 
 OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED]) {
@@ -337,26 +380,11 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     gather_edges(t, batch, d, w);
     make_gradients(batch, t->lag, d, w, Fl, Gl);
     if (t->cells) take_means(t, k * OM__LANE, Fl, Gl, apart);
-    V16 F[9], rate[9], grad[12], g[12];
+    V16 rate[9], grad[12], g[12], P[9];
     Frame f;
-    for (int n = 0; n < 9; ++n) {
-        F[n] = load16(Fl[n]);
-        rate[n] = load16(Gl[n]) - F[n];  // lag dF/dt
-        grad[3 + n] = load16(batch->grad[n]);
-    }
-    for (int r = 0; r < 3; ++r) grad[r] = -(grad[3 + r] + grad[6 + r] + grad[9 + r]);
-    V16 ratio = load16(batch->ratio), root = load16(batch->root);
-    decompose(F, &f);
-    make_law(batch->family, F, ratio, &f);
-    if (!t->is_exact) project(&f);
-    int nbad = 0;
-    for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
-    if (nbad > 0) repair_lanes(t, false, k, F, &f);
-    for (int n = 0; n < 4; ++n)
-        for (int r = 0; r < 3; ++r) g[3 * n + r] = dot3(f.V + 3 * r, grad + 3 * n);
-    V16 stiff = root * root;  // V mu, zero in lanes that only fill up
-    make_blocks(&f, g, stiff * (t->scale * t->scale), out);
-    V16 P[9];
+    stretch_point(t, OM_SHARE_WHOLE, k, Fl, Gl, &f, rate, grad, g);
+    V16 stiff = load16(batch->root) * load16(batch->root);  // V mu, zero in lanes that only fill up
+    make_blocks(&f, g, stiff * (t->scale * t->scale), 6, linear_pair, out);
     // averaged strains: the element's own stress is that of the difference from its cells
     if (t->cells) {
         Lanes hinge;
@@ -366,7 +394,33 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     } else {
         make_stress(&f, rate, P);
     }
-    make_forces(P, grad, stiff * (t->scale * t->stress), out);
+    make_forces(P, grad, stiff * (t->scale * t->stress), out + 54);
+}
+
+OM_MULTIVERSION
+void om__fem_stretch_quadratic(const OmFemTurn* t, int begin, int end) {
+    Lanes x[27], v[27], d[9], w[9], F[9], G[9], block[90], force[12], out[OM__QUADRATIC];
+    V16 rate[9], grad[12], g[12], P[9];
+    Frame f;
+    for (int k = begin; k < end; ++k) {
+        const OmFemBatch* batch = &t->batch[k];
+        V16 stiff = load16(batch->root) * load16(batch->root);
+        gather_nodes(&t->batch[k], &t->mids[k], t->x, x);
+        gather_nodes(&t->batch[k], &t->mids[k], t->v, v);
+        memset(out, 0, sizeof out);
+        for (int q = 0; q < OM__POINTS; ++q) {
+            point_edges(x, q, d);
+            point_edges(v, q, w);
+            make_gradients(batch, t->lag, d, w, F, G);
+            V16 size = stiff * (4.0F * (float)om__point_volume(q));
+            stretch_point(t, om__point_share(q), k, F, G, &f, rate, grad, g);
+            make_blocks(&f, g, size * (t->scale * t->scale), 10, om__point_pair, block);
+            make_stress(&f, rate, P);
+            make_forces(P, grad, size * (t->scale * t->stress), force);
+            add_point(q, block, force, out);
+        }
+        store_quadratic(t, k, out);
+    }
 }
 
 // ---- cells --------------------------------------------------------------------------------------------------
@@ -438,10 +492,10 @@ OM__INLINE void stretch_cells(const OmFemTurn* t, int k) {
     for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], Gl[n], sizeof(Lanes));
     store_cells(t, first, OM__CELL_G, out);
     decompose(F, &f);
-    make_law(cells->family[k], F, load16(ratio), &f);
-    project(&f);
+    make_law(cells->family[k], F, load16(ratio), 1.0F, true, &f);
+    project(&f, false);
     for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
-    if (nbad > 0) repair_lanes(t, true, k, F, &f);
+    if (nbad > 0) repair_lanes(t, true, OM_SHARE_WHOLE, k, F, &f);
     make_stress(&f, rate, P);
     measure_volume(cells->family[k], F, rate, &now, &then, D);
     if (cells->family[k] == OM__FAMILY_OTHER) measure_trace(t, k, &f, F, rate, &now, &then, D);

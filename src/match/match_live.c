@@ -139,6 +139,7 @@ static OmStatus make_tissue(OmMatchLive* live) {
     def.input = NULL;
     def.attachment_springs = NULL;
     def.is_averaged = false;
+    def.element = OM_ELEMENT_LINEAR;  // matches surfaces, vertex by vertex
     def.rayleigh_mass = def.rayleigh_stiffness = 0;
     def.material_default.poisson = fmin(def.material_default.poisson, MAX_POISSON);
     for (int k = 0; k < def.nmaterial; ++k)

@@ -3,7 +3,7 @@
 // The reader (scene_load.c), the printer of scenes and the page of all keys (scene_print.c) use these
 // tables, so a key is described only here. Defaults are those of om_scene_default.
 #include "scene/scene_keys.h"
-#include "omentum/tissue_material.h"
+#include "omentum/tissue.h"
 
 #define MM 1e-3
 #define DEG (OM_PI / 180.0)
@@ -23,6 +23,8 @@ static const char* const law_name[] = {
     "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
     "mooney-rivlin", "ogden",  "ogden-coupled",       NULL};
 _Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
+static const char* const element_name[] = {"linear", "quadratic", NULL};
+_Static_assert(COUNT(element_name) == OM_NTISSUE_ELEMENT + 1, "every element has a name");
 
 static const OmYamlField tissue_field[] = {
     {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = om__scene_source_name,
@@ -52,6 +54,9 @@ static const OmYamlField tissue_field[] = {
     {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name, .help = "law of the material"},
     {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board), .group = MADE,
      .help = "does a board carry the tissue?"},
+    {"element", OM_YAML_ENUM, AT(OmSceneTissue, element), .name = element_name,
+     .help = "tetrahedra of four or ten nodes; quadratic ones bend as thin tissue does; needs "
+             "`engine: fem`"},
     {"averaged", OM_YAML_BOOL, AT(OmSceneTissue, is_averaged),
      .help = "strains averaged around vertices, against locking; needs `engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",

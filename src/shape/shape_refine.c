@@ -105,15 +105,19 @@ static OmStatus refine_sets(const OmTetMesh* mesh, const Edge* edge, int nedge, 
     return status;
 }
 
-OmStatus om_tet_mesh_refine(OmTetMesh* mesh) {
+OmStatus om_tet_mesh_refine(OmTetMesh* mesh) { return om_tet_mesh_refine_nodes(mesh, NULL); }
+
+OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node) {
     Edge* edge = NULL;
-    int nedge = 0;
+    int nedge = 0, *all = NULL;
+    if (node) *node = NULL;
     OmTetMesh fine = {0};
     OmStatus status = OM_OK;
     OM_CHECK_DONE(mesh->ntet <= INT32_MAX / 32, OM_INVALID,
                   "mesh of %d tetrahedra is too large to refine", mesh->ntet);
     OM_TRY_DONE(list_edges(mesh, &edge, &nedge));
     OM_TRY_DONE(om_tet_mesh_init(&fine, mesh->nvert + nedge, 8 * mesh->ntet));
+    if (node) OM_ALLOC_DONE(all, 10 * (size_t)mesh->ntet);
     memcpy(fine.x, mesh->x, 3 * (size_t)mesh->nvert * sizeof(double));
     for (int e = 0; e < nedge; ++e) {
         om_store3(fine.x, mesh->nvert + e,
@@ -126,6 +130,10 @@ OmStatus om_tet_mesh_refine(OmTetMesh* mesh) {
             const Edge* found = bsearch(&key, edge, (size_t)nedge, sizeof key, compare_edge);
             mid[i] = mesh->nvert + (int)(found - edge);
         }
+        if (all) {
+            memcpy(all + 10 * (size_t)t, &mesh->tet_vert[4 * t], 4 * sizeof(int));
+            memcpy(all + 10 * (size_t)t + 4, mid, sizeof mid);
+        }
         int(*out)[4] = (int(*)[4]) & fine.tet_vert[32 * (size_t)t];
         cut_tet(fine.x, &mesh->tet_vert[4 * t], mid, out);
         for (int k = 0; k < 8; ++k) fine.tet_label[8 * t + k] = mesh->tet_label[t];
@@ -134,7 +142,10 @@ OmStatus om_tet_mesh_refine(OmTetMesh* mesh) {
     om_tet_mesh_done(mesh);
     *mesh = fine;
     memset(&fine, 0, sizeof fine);
+    if (node) *node = all;
+    all = NULL;
 done:
+    om_free(all);
     om_tet_mesh_done(&fine);
     om_free(edge);
     return status;

@@ -13,6 +13,11 @@ struct OmTissueModel {
     void* loaded;         // made by engine->load; or null
     OmTissueDef def;      // its pointers are not used, but for `material`, which is a copy
     OmTetMesh mesh;
+    int ncorner;            // vertices of the definition's mesh, the first ones
+    int nelem, nelem_node;  // elements that couple their nodes; linear: those of the mesh
+    int* elem_node;         // quadratic elements, else null                       (nelem x 10)
+    // vertices at the ends of the edge of each midpoint, or null       ((nvert - ncorner) x 2)
+    int* mid_end;
     double* mass;    // kg                                                        (nvert)
     double* volume;  // of elements at rest, m^3                                  (ntet)
     int nsurface;
@@ -54,6 +59,10 @@ enum {            // arrays of 3 doubles a vertex, in this order behind the head
 };
 #define OM__STATE_HEAD 320  // bytes of the head, room to grow, a multiple of 64
 
+/// Nodes of the elements (nelem x nelem_node).
+static inline const int* om__elem_node(const OmTissueModel* m) {
+    return m->elem_node ? m->elem_node : m->mesh.tet_vert;
+}
 static inline bool om__has_matrix(const OmTissueModel* m) { return m->engine->assemble != NULL; }
 static inline double* om__state_array(const OmTissueState* s, int k) {
     return (double*)((char*)(uintptr_t)s + OM__STATE_HEAD) + 3 * (size_t)s->nvert * (size_t)k;

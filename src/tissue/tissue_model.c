@@ -20,6 +20,15 @@ OmTissueDef om_tissue_default_def(const OmTissueEngine* engine, const OmTetMesh*
     return def;
 }
 
+const char* om_tissue_element_name(OmTissueElement element) {
+    switch (element) {
+    case OM_ELEMENT_LINEAR: return "linear";
+    case OM_ELEMENT_QUADRATIC: return "quadratic";
+    case OM_NTISSUE_ELEMENT: break;
+    }
+    return NULL;
+}
+
 static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->cookie == TISSUE_COOKIE, OM_INVALID,
              "tissue: the definition was not made by om_tissue_default_def");
@@ -52,6 +61,12 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_TRY(om__engine_check(def->engine));
     OM_CHECK(!def->is_averaged || def->engine->can_average, OM_INVALID,
              "tissue: engine \"%s\" has no averaged strains (is_averaged)", def->engine->name);
+    OM_CHECK((unsigned)def->element < OM_NTISSUE_ELEMENT, OM_INVALID,
+             "tissue: element %d is none of the %d kinds", (int)def->element, OM_NTISSUE_ELEMENT);
+    OM_CHECK(def->element == OM_ELEMENT_LINEAR || def->engine->has_quadratic, OM_UNAVAILABLE,
+             "tissue: engine \"%s\" has no quadratic elements", def->engine->name);
+    OM_CHECK(def->element == OM_ELEMENT_LINEAR || !def->is_averaged, OM_INVALID,
+             "tissue: is_averaged is for linear elements, and element is \"quadratic\"");
     OM_CHECK(
         !def->options || !def->input, OM_INVALID,
         "tissue: options and input are both given; the engine makes its options from the input");
@@ -91,7 +106,12 @@ static OmStatus check_mesh(const OmTetMesh* mesh, const OmTissueEngine* engine, 
     return OM_OK;
 }
 
-// A quarter of each element's mass to each of its vertices.
+// Masses of the nodes of a quadratic tetrahedron over its own: the diagonal of the consistent matrix, scaled (Hinton,
+// Rock and Zienkiewicz 1976). Row sums would be negative at the corners.
+#define CORNER_MASS (1.0 / 36)
+#define MID_MASS (4.0 / 27)
+
+// A quarter of each element's mass to each of its vertices, or the shares above.
 static OmStatus lump_mass(OmTissueModel* m) {
     const OmTetMesh* mesh = &m->mesh;
     const double* by_label = m->def.nmaterial > 0 ? m->def.material_density : NULL;
@@ -105,7 +125,10 @@ static OmStatus lump_mass(OmTissueModel* m) {
                b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
         m->volume[e] = om_dot(om_cross(a, b), c) / 6;
         double density = by_label ? by_label[mesh->tet_label[e]] : m->def.density;
-        for (int k = 0; k < 4; ++k) m->mass[v[k]] += 0.25 * density * m->volume[e];
+        for (int k = 0; k < 4 && !m->elem_node; ++k) m->mass[v[k]] += 0.25 * density * m->volume[e];
+        for (int k = 0; k < 10 && m->elem_node && e % 8 == 0; ++k)
+            m->mass[m->elem_node[10 * (e / 8) + k]] +=
+                8 * density * m->volume[e] * (k < 4 ? CORNER_MASS : MID_MASS);
         const OmMaterial* material = &m->def.material_default;
         if (m->def.nmaterial > 0) material = &m->def.material[mesh->tet_label[e]];
         double lambda, mu, bulk;
@@ -174,6 +197,7 @@ static OmStatus set_stiffness(OmTissueModel* m, const double* springs) {
     OM_ALLOC(m->stiffness, m->mesh.nvert);
     for (int i = 0; i < m->mesh.nvert; ++i) m->stiffness[i] = m->def.attachment_stiffness;
     for (int k = 0; springs && m->held && k < m->held->nvert; ++k) {
+        if (m->held->vert[k] >= m->ncorner) break;  // midpoints follow
         OM_CHECK(springs[k] >= 0 && springs[k] <= OM__MAX_STIFFNESS, OM_INVALID,
                  "tissue: attachment_springs[%d] is %g N/m; it must be from 0 (held still) to %g",
                  k, springs[k], OM__MAX_STIFFNESS);
@@ -186,6 +210,27 @@ static OmStatus set_stiffness(OmTissueModel* m, const double* springs) {
              "can only hold vertices still (0)",
              largest, m->engine->name);
     return OM_OK;
+}
+
+static OmStatus find_ends(OmTissueModel* m) {
+    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    OM_ALLOC(m->mid_end, 2 * (size_t)(m->mesh.nvert - m->ncorner));
+    for (int e = 0; e < m->nelem; ++e) {
+        const int* node = m->elem_node + 10 * (size_t)e;
+        for (int k = 0; k < 6; ++k)
+            for (int side = 0; side < 2; ++side)
+                m->mid_end[2 * (node[4 + k] - m->ncorner) + side] = node[edge[k][side]];
+    }
+    return OM_OK;
+}
+
+void om_tissue_gather_corners(const OmTissueModel* m, const double* of_node, double* of_corner) {
+    memmove(of_corner, of_node, 3 * (size_t)m->ncorner * sizeof *of_corner);
+    for (int i = m->ncorner; i < m->mesh.nvert; ++i)
+        for (int side = 0; side < 2; ++side) {
+            int end = m->mid_end[2 * (i - m->ncorner) + side];
+            om_store3(of_corner, end, om_madd(om_load3(of_corner, end), 0.5, om_load3(of_node, i)));
+        }
 }
 
 OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
@@ -203,6 +248,14 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     m->engine = def->engine;
     m->options = def->options;
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
+    m->ncorner = m->mesh.nvert;
+    m->nelem = m->mesh.ntet;
+    m->nelem_node = 4;
+    if (def->element == OM_ELEMENT_QUADRATIC) {
+        m->nelem_node = 10;
+        OM_TRY_DONE(om_tet_mesh_refine_nodes(&m->mesh, &m->elem_node));
+        OM_TRY_DONE(find_ends(m));
+    }
     m->def.mesh = &m->mesh;
     OM_TRY_DONE(set_stiffness(m, def->attachment_springs));
     OM_TRY_DONE(copy_materials(m, def));
@@ -223,6 +276,8 @@ void om_tissue_destroy(OmTissueModel* m) {
     m->engine->destroy(m);
     if (m->loaded) m->engine->unload(m->loaded);
     om_free((void*)(uintptr_t)m->def.material);
+    om_free(m->elem_node);
+    om_free(m->mid_end);
     om_free(m->mass);
     om_free(m->volume);
     om_free(m->surface_vert);
@@ -232,6 +287,7 @@ void om_tissue_destroy(OmTissueModel* m) {
 }
 
 const OmTetMesh* om_tissue_mesh(const OmTissueModel* m) { return &m->mesh; }
+int om_tissue_corner_count(const OmTissueModel* m) { return m->ncorner; }
 const double* om_tissue_mass(const OmTissueModel* m) { return m->mass; }
 bool om_tissue_moves_itself(const OmTissueModel* m) { return m->engine->step != NULL; }
 const OmTissueEngine* om_tissue_engine(const OmTissueModel* m) { return m->engine; }
@@ -245,6 +301,8 @@ const int* om_tissue_surface_vert(const OmTissueModel* m, int* nvert) {
 size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t nvert = (size_t)m->mesh.nvert, ntet = (size_t)m->mesh.ntet;
     size_t mesh = nvert * 3 * sizeof(double) + ntet * 5 * sizeof(int);
+    if (m->elem_node)
+        mesh += (10 * (size_t)m->nelem + 2 * (nvert - (size_t)m->ncorner)) * sizeof(int);
     size_t model = sizeof *m + mesh + 2 * nvert * sizeof(double) + ntet * sizeof(double) +
                    (size_t)m->nsurface * sizeof(int);
     size_t state = om_tissue_state_size(m);

@@ -27,6 +27,18 @@ OmStatus om_tissue_state_create(const OmTissueModel* m, OmTissueState** state) {
 
 void om_tissue_state_destroy(OmTissueState* s) { om_free(s); }
 
+// Of quadratic elements: a midpoint is held still if both ends of its edge are, half-way between their anchors.
+static void attach_midpoints(const OmTissueModel* m, OmTissueState* s) {
+    double* anchor = om__state_array(s, OM__ANCHOR);
+    for (int i = m->ncorner; i < m->mesh.nvert; ++i) {
+        const int* end = m->mid_end + 2 * (size_t)(i - m->ncorner);
+        if (om__state_attached(s)[i] || om__state_held_by(s)[i] >= 0) continue;
+        if (!om__is_held_still(s, end[0]) || !om__is_held_still(s, end[1])) continue;
+        om__state_attached(s)[i] = 1;
+        om_store3(anchor, i, om_lerp(om_load3(anchor, end[0]), om_load3(anchor, end[1]), 0.5));
+    }
+}
+
 void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     size_t nvert = (size_t)m->mesh.nvert;
     memset((void*)s, 0, om_tissue_state_size(m));
@@ -36,9 +48,12 @@ void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     memcpy(om__state_array(s, OM__ANCHOR), m->mesh.x, nvert * 3 * sizeof(double));
     memset(om__state_held_by(s), -1, nvert);
     for (int k = 0; m->held && k < m->held->nvert; ++k) {
-        om__state_attached(s)[m->held->vert[k]] = 1;
-        om__state_stiffness(s)[m->held->vert[k]] = m->stiffness[m->held->vert[k]];
+        int i = m->held->vert[k];
+        if (i >= m->ncorner) continue;
+        om__state_attached(s)[i] = 1;
+        om__state_stiffness(s)[i] = m->stiffness[i];
     }
+    attach_midpoints(m, s);
     for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
     if (m->engine->sync_state) m->engine->sync_state(m, s);
@@ -136,6 +151,7 @@ OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int 
         of_state[i] = 0;
         om_store3(a, i, om_load3(m->mesh.x, i));
     }
+    attach_midpoints(m, s);
     return OM_OK;
 }
 

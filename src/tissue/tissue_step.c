@@ -14,6 +14,8 @@
 #define MIN_SHARE (1.0 / 1024)  // of h, the shortest substep
 // Of h, the shortest substep for elements without a barrier.
 #define SOFT_SHARE (1.0 / 4)
+#define QUADRATIC_BOUND \
+    6  // OmSolverDef.row_bound; test_fem_quadratic measures 5.1 of single elements
 #define GUARD_NEWTON 20  // iterations for a step that breaks a rule of tissue_guard.c
 // Substeps that must succeed before a longer one is tried; doubled if that fails, up to the second.
 #define NLENGTHEN 2
@@ -51,8 +53,10 @@ OmStatus om_tissue_work_create(const OmTissueModel* m, OmTissueWork** work) {
     }
     if (m->def.is_averaged) OM_TRY_DONE(om__refine_create(w));
     if (om__has_matrix(m)) {
-        OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &w->A));
-        OM_TRY_DONE(om_solver_create(&m->def.solver, &w->A, m->mesh.x, &w->solver));
+        OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->nelem, m->nelem_node, om__elem_node(m), &w->A));
+        OmSolverDef solver = m->def.solver;
+        if (m->elem_node) solver.row_bound = fmax(solver.row_bound, QUADRATIC_BOUND);
+        OM_TRY_DONE(om_solver_create(&solver, &w->A, m->mesh.x, &w->solver));
     }
     if (m->engine->create_work) OM_TRY_DONE(m->engine->create_work(m, w));
     *work = w;

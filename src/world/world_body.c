@@ -118,7 +118,7 @@ void om_body_release(OmBody* b, int arm) {
 const double* om_body_force(const OmBody* b) { return om_tissue_external_force(b->state); }
 
 OmStatus om_body_set_force(OmBody* b, const double* force) {
-    const size_t n = 3 * (size_t)b->model->site->mesh.nvert;
+    const size_t n = 3 * (size_t)b->model->site->mesh.nvert;  // midpoints are never pushed
     double* to = om_tissue_external_force(b->state);
     for (size_t i = 0; force && i < n; ++i)
         OM_CHECK(isfinite(force[i]), OM_INVALID, "body: force of vertex %d is not finite",
@@ -216,16 +216,43 @@ OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     return OM_OK;
 }
 
+// Forces of `get` on the vertices of the site; the model may have midpoints as well.
+static OmStatus
+get_corner_forces(OmBody* b, OmStatus (*get)(const OmTissueModel*, const OmTissueState*, double*),
+                  double* force) {
+    const OmTissueModel* m = b->model->tissue;
+    int nvert = om_tissue_mesh(m)->nvert;
+    if (nvert == om_tissue_corner_count(m)) return get(m, b->state, force);
+    double* all = om_alloc(3 * (size_t)nvert, sizeof *all);
+    if (!all) return OM_NO_MEMORY;
+    OmStatus status = get(m, b->state, all);
+    if (status >= 0) om_tissue_gather_corners(m, all, force);
+    om_free(all);
+    return status;
+}
+
 OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
-    return om_tissue_get_holding_force(b->model->tissue, b->state, force);
+    return get_corner_forces(b, om_tissue_get_holding_force, force);
 }
 
 OmStatus om_body_get_attachment_force(OmBody* b, double* force) {
-    return om_tissue_get_attachment_force(b->model->tissue, b->state, force);
+    return get_corner_forces(b, om_tissue_get_attachment_force, force);
 }
 
 OmStatus om_body_get_measure(const OmBody* b, OmTissueMeasure measure, double* value) {
-    return om_tissue_get_measure(b->model->tissue, b->state, measure, value);
+    const OmTissueModel* m = b->model->tissue;
+    int ntet = b->model->site->mesh.ntet, nsub = om_tissue_mesh(m)->ntet / (ntet > 0 ? ntet : 1);
+    if (nsub <= 1) return om_tissue_get_measure(m, b->state, measure, value);
+    // quadratic: the mean of the parts of a tetrahedron, which are of one size
+    double* part = om_alloc((size_t)nsub * (size_t)ntet, sizeof *part);
+    if (!part) return OM_NO_MEMORY;
+    OmStatus status = om_tissue_get_measure(m, b->state, measure, part);
+    for (int e = 0; status >= 0 && e < ntet; ++e) {
+        value[e] = 0;
+        for (int k = 0; k < nsub; ++k) value[e] += part[nsub * e + k] / nsub;
+    }
+    om_free(part);
+    return status;
 }
 
 size_t om_body_state_size(const OmBody* b) {

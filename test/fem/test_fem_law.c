@@ -350,7 +350,7 @@ static void test_engine_laws(void** context) {
         random_F(&rng, n / NLAW % 4, F);
         om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_STRESS, &a);
         OmMat3 f = {{F[0], F[1], F[2]}, {F[3], F[4], F[5]}, {F[6], F[7], F[8]}};
-        OmMat3 P = om__law_stress(m, f, &energy);
+        OmMat3 P = om__law_stress(m, OM_SHARE_WHOLE, f, &energy);
         double size = fmax(largest(a.P, 9), 1e3);
         for (int c = 0; c < 3; ++c) {
             OmVec3 col = c == 0 ? P.cx : c == 1 ? P.cy : P.cz;

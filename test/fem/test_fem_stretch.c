@@ -20,7 +20,7 @@ static OmMat3 tangent(const OmMaterial* m, OmMat3 F, OmMat3 dF, bool is_projecte
     OmPrincipal p;
     om_mat3_svd(F, &U, &s, &V);
     const double stretch[3] = {s.x, s.y, s.z};
-    om__principal_eval(m, stretch, &p);
+    om__principal_eval(m, OM_SHARE_WHOLE, stretch, &p);
     if (is_projected) om__principal_project(&p);
     OmMat3 G = om_mat3_mul(om_mat3_transpose(U), om_mat3_mul(dF, V));
     const double g[3][3] = {
@@ -54,9 +54,11 @@ static void test_derivatives(void** context) {
             if (s.z < 0 && fabs(s.y + s.z) < 0.05) continue;
             OmMat3 dF = random_mat3(&rng, 1);
             double above, below, energy, step = 1e-5;
-            OmMat3 Pa = om__law_stress(m, om_mat3_add(F, om_mat3_scale(step, dF)), &above);
-            OmMat3 Pb = om__law_stress(m, om_mat3_add(F, om_mat3_scale(-step, dF)), &below);
-            OmMat3 P = om__law_stress(m, F, &energy);
+            OmMat3 Pa =
+                om__law_stress(m, OM_SHARE_WHOLE, om_mat3_add(F, om_mat3_scale(step, dF)), &above);
+            OmMat3 Pb =
+                om__law_stress(m, OM_SHARE_WHOLE, om_mat3_add(F, om_mat3_scale(-step, dF)), &below);
+            OmMat3 P = om__law_stress(m, OM_SHARE_WHOLE, F, &energy);
             OmMat3 slope = om_mat3_scale(0.5 / step, om_mat3_add(Pa, om_mat3_scale(-1, Pb)));
             OmMat3 dP = tangent(m, F, dF, false);
             double size_P = om_mat3_norm(P) * om_mat3_norm(dF) + 3000 * om_mat3_norm(dF);
@@ -106,8 +108,8 @@ static void apply_elements(const TestRig* r, const OmMaterial* m, const double* 
         double ea, eb;
         OmMat3 dP = tangent(m, F, dF, true);
         if (m->law == OM_LINEAR)
-            dP = om_mat3_add(om__law_stress(m, om_mat3_add(F, dF), &ea),
-                             om_mat3_scale(-1, om__law_stress(m, F, &eb)));
+            dP = om_mat3_add(om__law_stress(m, OM_SHARE_WHOLE, om_mat3_add(F, dF), &ea),
+                             om_mat3_scale(-1, om__law_stress(m, OM_SHARE_WHOLE, F, &eb)));
         for (int a = 0; a < 4; ++a)
             om_store3(y, v[a],
                       om_madd(om_load3(y, v[a]), r->m->volume[e], om_mat3_apply(dP, g[a])));
