@@ -4,7 +4,7 @@
 #include "test_files.h"
 #include "test_json.h"
 
-#include "easy_scene.h"
+#include "loop_rig.h"
 
 #include "defras/defras_internal.h"
 #include "defras/defras_trial.h"
@@ -279,6 +279,33 @@ static void test_stop_far_above_the_limit(void** state) {
     om_retract_result_done(&r);
 }
 
+// A fold passes a limit that the pulls before it did not: its point is not grasped again, though the other fold was not
+// tried. The limit falls while the fold is under way.
+static void test_a_fold_above_the_limit(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = object_scene();
+    scene.task.visibility = 1.5;  // no pull exposes it
+    rig_create(&g, scene);
+    OmLoop* loop = make_loop(&g, NULL);
+    const OmRetractResult* r = om_loop_result(loop);
+    while (om_loop_phase(loop) != OM_LOOP_ACT || loop->action.plan.verb != OM_PLAN_MOVE_AWAY) {
+        assert_true(om_loop_phase(loop) != OM_LOOP_ENDED);
+        assert_ok(om_loop_tick(loop));
+    }
+    for (int i = 0; i < r->naction; ++i) assert_int_equal(r->action[i].outcome, OM_ACTION_DONE);
+    const int block = loop->action.plan.block, n = r->naction;
+    assert_int_equal(loop->tried[block], 0);
+    loop->task.force_threshold = 1e-3;
+    while (r->naction == n) assert_ok(om_loop_tick(loop));
+    assert_int_equal(r->action[n].verb, OM_PLAN_MOVE_AWAY);
+    assert_int_equal(r->action[n].outcome, OM_ACTION_FORCE);
+    assert_int_equal(loop->tried[block], OM_TRIED_MOVE_AWAY | OM_TRIED_GRASP);
+    assert_true(loop->is_exhausted[block]);
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // A motion slows down before its limit, so that the force hardly passes it; above the limit the tip stands still, and
 // 0.6 s above it end the motion.
 static void test_slower_before_a_stop(void** state) {
@@ -495,6 +522,7 @@ int main(void) {
         cmocka_unit_test(test_trial_weight),
         cmocka_unit_test(test_stop_far_above_the_limit),
         cmocka_unit_test(test_slower_before_a_stop),
+        cmocka_unit_test(test_a_fold_above_the_limit),
         cmocka_unit_test(test_pulls_are_steps),
         cmocka_unit_test(test_run_json),
     };
