@@ -603,6 +603,90 @@ static void test_strip(void** context) {
     assert_true(linear < 0.2 * reference);
 }
 
+// ---- the elastica -------------------------------------------------------------------------------------
+
+#define ROD_STEPS 2000
+
+// The exact curve of a rod of length 1 that is clamped along x, under a dead load p at its end and q along its length, both
+// down, over EI: theta'' = (p + q (1 - s)) cos theta by Runge and Kutta, theta'(1) = 0 by bisection.
+static double shoot(double curvature, double p, double q, OmVec3* tip) {
+    double y[4] = {0, curvature, 0, 0}, h = 1.0 / ROD_STEPS;  // theta, theta', x, z
+    for (int n = 0; n < ROD_STEPS; ++n) {
+        double k[4][4], at[4];
+        for (int stage = 0; stage < 4; ++stage) {
+            double step = stage == 0 ? 0 : stage < 3 ? 0.5 * h : h;
+            for (int i = 0; i < 4; ++i) at[i] = y[i] + (stage > 0 ? step * k[stage - 1][i] : 0);
+            k[stage][0] = at[1];
+            k[stage][1] = (p + q * (1 - (n * h + step))) * cos(at[0]);
+            k[stage][2] = cos(at[0]);
+            k[stage][3] = sin(at[0]);
+        }
+        for (int i = 0; i < 4; ++i) y[i] += h / 6 * (k[0][i] + 2 * k[1][i] + 2 * k[2][i] + k[3][i]);
+    }
+    *tip = om_vec3(y[2], 0, y[3]);
+    return y[1];
+}
+
+static OmVec3 exact_tip(double p, double q) {
+    double lo_c = -(p + q), hi_c = 0;  // theta'(0) is the moment of the load, at most p + q / 2
+    OmVec3 tip;
+    for (int k = 0; k < 60; ++k) {
+        double mid = 0.5 * (lo_c + hi_c);
+        if (shoot(mid, p, q, &tip) > 0)
+            hi_c = mid;
+        else
+            lo_c = mid;
+    }
+    return tip;
+}
+
+// A rod of 100 x 2 x 2 mm, nu 0, 20 cells of 5 mm, against the exact curve: end load and own weight.
+static void test_elastica(void** context) {
+    (void)context;
+    static const double load[4][2] = {{1, 0}, {5, 0}, {10, 0}, {0, 10}};  // P L^2 / EI, w L^3 / EI
+    for (int k = 0; k < 4; ++k) {
+        if (!test_is_slow() && k != 2) continue;
+        TestRig r;
+        double L = 0.1, a = 0.002, young = 1e6, EI = young * a * a * a * a / 12;
+        rig_box(&r, om_vec3(0, 0, 0), om_vec3(L, a, a), 20, 1, 1);
+        rig_attach_plane(&r, 0, 0);
+        r.def.element = OM_ELEMENT_QUADRATIC;
+        r.def.material_default = (OmMaterial){.young = young, .poisson = 0};
+        r.def.rayleigh_mass = 6;
+        r.def.solver.tolerance = 1e-4;
+        r.def.gravity = om_vec3(0, 0, -load[k][1] * EI / (L * L * L) / (1000 * a * a));
+        rig_start(&r);
+        double mass = 0, *f = om_tissue_external_force(r.s);
+        const OmTetMesh* mesh = nodes(&r);
+        for (int i = 0; i < mesh->nvert; ++i)
+            if (mesh->x[3 * i] > L - 1e-9) mass += om_tissue_mass(r.m)[i];
+        for (int i = 0; i < mesh->nvert; ++i)
+            if (mesh->x[3 * i] > L - 1e-9)
+                f[3 * i + 2] = -load[k][0] * EI / (L * L) * om_tissue_mass(r.m)[i] / mass;
+        // let it settle: a matrix of floats cannot hold the statics of so slender a rod
+        for (int step = 0; step < 250; ++step)
+            assert_int_equal(om_tissue_step(r.m, r.s, r.w, 0.04, NULL), OM_OK);
+        OmVec3 tip = {0, 0, 0};
+        int num = 0;
+        for (int i = 0; i < mesh->nvert; ++i)
+            if (mesh->x[3 * i] > L - 1e-9) {
+                tip = om_add(tip, om_load3(om_tissue_x(r.s), i));
+                ++num;
+            }
+        tip = om_scale(1 / L / num, tip);
+        tip.y = 0;
+        tip.z -= 0.5 * a / L;
+        OmVec3 exact = exact_tip(load[k][0], load[k][1]);
+        double apart = om_distance(tip, exact), speed = 0;
+        for (int i = 0; i < 3 * mesh->nvert; ++i) speed = fmax(speed, fabs(om_tissue_v(r.s)[i]));
+        assert_below(speed, 1e-4);
+        printf("elastica, end %g, weight %g: tip (%.4f, %.4f), exact (%.4f, %.4f), %.2f %% apart\n",
+               load[k][0], load[k][1], tip.x, tip.z, exact.x, exact.z, 100 * apart);
+        assert_below(apart, 0.01);
+        rig_done(&r);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_force_is_slope),
@@ -619,6 +703,7 @@ int main(void) {
         cmocka_unit_test(test_static_solid),
         cmocka_unit_test(test_cantilever),
         cmocka_unit_test(test_strip),
+        cmocka_unit_test(test_elastica),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
