@@ -607,8 +607,8 @@ static void test_strip(void** context) {
 
 #define ROD_STEPS 2000
 
-// The exact curve of a rod of length 1 that is clamped along x, under a dead load p at its end and q along its length, both
-// down, over EI: theta'' = (p + q (1 - s)) cos theta by Runge and Kutta, theta'(1) = 0 by bisection.
+// The exact curve of a rod of length 1 that is clamped along x, under a dead load p at its end and q along its length,
+// both down, over EI: theta'' = (p + q (1 - s)) cos theta by Runge and Kutta, theta'(1) = 0 by bisection.
 static double shoot(double curvature, double p, double q, OmVec3* tip) {
     double y[4] = {0, curvature, 0, 0}, h = 1.0 / ROD_STEPS;  // theta, theta', x, z
     for (int n = 0; n < ROD_STEPS; ++n) {
