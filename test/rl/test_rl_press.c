@@ -93,6 +93,25 @@ static void test_force(void** state) {
     shared->ops->state_destroy(shared, s);
 }
 
+// A place is felt by a press of 4 mm or more, in steps of 1 mm from 3 mm above: not by one of 3 mm, which has a force.
+static void test_a_place_is_felt_deep(void** state) {
+    (void)state;
+    void* s = make_state();
+    float obs[29];
+    double reward;
+    bool is_end;
+    assert_ok(shared->ops->reset(shared, s, om_rng_init(1, 0), 12));
+    for (int n = 1; n <= 8; ++n) {
+        assert_ok(shared->ops->step(shared, s, (int[4]){0, 0, 1, 0}, &reward, &is_end));
+        shared->ops->observe(shared, s, obs);
+        if (n == 6) assert_true(obs[3] > 0);
+        for (int k = 0; k < 25 && n <= 6; ++k) assert_near(obs[4 + k], 0, 0);
+    }
+    for (int k = 0; k < 25; ++k)  // the ball is over the middle of 5 x 5 places
+        assert_near(obs[4 + k], k == 12 ? obs[3] : 0, 0);
+    shared->ops->state_destroy(shared, s);
+}
+
 static void test_snapshots(void** state) {
     (void)state;
     void *a = make_state(), *b = make_state();
@@ -132,6 +151,6 @@ static void test_memory(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_slow_test(test_expert_finds), cmocka_unit_test(test_force),
-        cmocka_unit_test(test_snapshots), cmocka_unit_test(test_memory)};
+        cmocka_unit_test(test_a_place_is_felt_deep), cmocka_unit_test(test_snapshots), cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -194,10 +194,31 @@ static void test_still(void** state) {
     task->ops->state_destroy(task, s);
 }
 
+// The tip stands at p_T, out of reach of the fat: steps there count only with fat in the gripper.
+static void test_a_tip_without_fat(void** state) {
+    (void)state;
+    const OmRlRetract* t = om__rl_retract(shared);
+    OmRlRetractState* s = make_state(shared);
+    double reward, distance;
+    bool is_end;
+    assert_ok(shared->ops->reset(shared, s, om_rng_init(3, 0), 10));
+    s->now.tip = t->def.target;
+    om__rl_nearest(t, s, &distance);
+    assert_true(distance > t->def.reach);
+    assert_ok(shared->ops->step(shared, s, (int[3]){0, 0, 0}, &reward, &is_end));
+    assert_below(om_distance(s->now.tip, t->def.target), 0.002);
+    assert_true(!s->now.is_holding && !is_end);
+    assert_int_equal(s->now.nhold, 0);
+    assert_ok(om__rl_grasp(t, s));
+    assert_ok(shared->ops->step(shared, s, (int[3]){0, 0, 0}, &reward, &is_end));
+    assert_int_equal(s->now.nhold, 1);
+    shared->ops->state_destroy(shared, s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hold_and_starts), cmocka_unit_test(test_horizon_repeat_points),
         cmocka_unit_test(test_step_cost),       cmocka_slow_test(test_step_cost_of_the_thesis),
-        cmocka_unit_test(test_errors),          cmocka_unit_test(test_still)};
+        cmocka_unit_test(test_errors),          cmocka_unit_test(test_still), cmocka_unit_test(test_a_tip_without_fat)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }
