@@ -151,6 +151,7 @@ static void test_memory(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_slow_test(test_expert_finds), cmocka_unit_test(test_force),
-        cmocka_unit_test(test_a_place_is_felt_deep), cmocka_unit_test(test_snapshots), cmocka_unit_test(test_memory)};
+        cmocka_unit_test(test_a_place_is_felt_deep), cmocka_unit_test(test_snapshots),
+        cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

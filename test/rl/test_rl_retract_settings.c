@@ -217,8 +217,9 @@ static void test_a_tip_without_fat(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_hold_and_starts), cmocka_unit_test(test_horizon_repeat_points),
-        cmocka_unit_test(test_step_cost),       cmocka_slow_test(test_step_cost_of_the_thesis),
-        cmocka_unit_test(test_errors),          cmocka_unit_test(test_still), cmocka_unit_test(test_a_tip_without_fat)};
+        cmocka_unit_test(test_hold_and_starts),  cmocka_unit_test(test_horizon_repeat_points),
+        cmocka_unit_test(test_step_cost),        cmocka_slow_test(test_step_cost_of_the_thesis),
+        cmocka_unit_test(test_errors),           cmocka_unit_test(test_still),
+        cmocka_unit_test(test_a_tip_without_fat)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }
