@@ -307,14 +307,16 @@ def key_of(mutant, files):
 
 def proof_of(mutant, row, files, tests):
     """Hash of the tests that a result rests on: the one that killed it, or all of its room and those it names."""
+    named = ""
     if row["outcome"] == "killed":
         names = [row["detail"] if row["detail"] in tests else file_test(row["detail"])]
     elif row["outcome"] in ("survived", "untested") and mutant.file in files:
         room = room_of(files[mutant.file])
         names = sorted(set(mutant.tests) | {n for n in tests if is_test_of(n, room)})
+        named = " ".join(mutant.tests)  # another list of these is another run
     else:
         return ""
-    return digest_of(*(tests[name].read_bytes() for name in names if name in tests))
+    return digest_of(*(tests[name].read_bytes() for name in names if name in tests), *([named] if named else []))
 
 
 def try_mutant(tree, mutant, scope):

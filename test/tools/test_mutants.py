@@ -147,9 +147,12 @@ class Lists(unittest.TestCase):
         self.assertEqual((self.root / "src/sum/sum_pair.c").read_text(), before)
         self.assertFalse(list(self.root.glob("src/**/*.o")))
 
-        # A second run finds all in its journal; a test that is new runs what depends on it again.
+        # A second run finds all in its journal; a test that is new, or named now, runs what depends on it again.
         code, out = self.main()
         self.assertIn("6 mutants, 0 to run", out)
+        self.write("test/mutants/sum.txt", LIST.replace("+ return 4 * a;\n", "+ return 4 * a;\ntests: test_sum_slow\n"))
+        self.assertIn("1 mutants, 1 to run", self.main("--only", "nobody notices")[1])
+        self.write("test/mutants/sum.txt", LIST)
         self.write("test/sum/test_sum_slow.c", SLOW.replace("== 4", "== 4 && 1"))
         code, out = self.main("--only", "slow test")
         self.assertIn("1 mutants, 1 to run", out)
