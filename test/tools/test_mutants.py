@@ -153,6 +153,7 @@ class Lists(unittest.TestCase):
         self.write("test/mutants/sum.txt", LIST.replace("+ return 4 * a;\n", "+ return 4 * a;\ntests: test_sum_slow\n"))
         self.assertIn("1 mutants, 1 to run", self.main("--only", "nobody notices")[1])
         self.write("test/mutants/sum.txt", LIST)
+        self.assertIn("1 mutants, 1 to run", self.main("--only", "nobody notices")[1])
         self.write("test/sum/test_sum_slow.c", SLOW.replace("== 4", "== 4 && 1"))
         code, out = self.main("--only", "slow test")
         self.assertIn("1 mutants, 1 to run", out)
