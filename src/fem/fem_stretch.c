@@ -176,7 +176,7 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Fr
         V16 u = s[(k + 1) % 3], v = s[(k + 2) % 3];
         f->H[k] = t - shape + (ratio + 3.0F * shape) * s[k] * s[k];
         f->H[3 + k] = ratio * u * v;
-        f->own[k] = t + shape * (u * u + v * v - 1.0F);
+        f->own[k] = t - shape + shape * u * u + shape * v * v;
         f->cross[k] = shape * u * v;
     }
     V16 S[9], trace = splat16(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
