@@ -225,6 +225,40 @@ static void a_path_that_is_cut_is_continued(void** state) {
     om__crew_done(&crew);
 }
 
+// A fold away from the camera that was left after some steps of 1 mm ends where the whole fold ends: its length from
+// where it began. The ROI lies under attached tissue, so that nothing is gained beyond this length.
+static void a_fold_that_is_continued_has_its_length(void** state) {
+    (void)state;
+    enum { UP = 20 };
+    OmScene scene = easy_scene();
+    scene.roi.center = om_vec3(0.045, 0, 0);
+    Crew crew;
+    make_crew(&scene, &crew);
+    Attempt* a = &crew.worker[0].attempt;
+    a->force_limit = INFINITY;
+    for (int nfold = 0; nfold <= 30; nfold += 15) {
+        Trace path = {.fold_step = UP};
+        double force;
+        bool exposes;
+        int nheld, nstep = 0;
+        om_body_restore(a->body, crew.rest);
+        OmPose pose = {om_load3(om_body_x(a->body), crew.grid.vert[BLOCK]), crew.grid.task.q};
+        assert_ok(om_body_grasp(a->body, 0, pose, scene.task.grasp_radius, &nheld));
+        for (int k = 0; k < UP + nfold; ++k) {
+            pose.p = om_add(pose.p, k < UP ? om_vec3(0, 0, 1e-3) : om_vec3(1e-3, 0, 0));
+            assert_ok(om__attempt_step(a, 0, pose.p, &force));
+            assert_ok(om__trace_add(&path, pose.p, force));
+        }
+        assert_ok(om__attempt_continue(a, OM_PLAN_MOVE_AWAY, 0, &path, om_vec3(0, 0, 0), &exposes,
+                                       &nstep));
+        printf("%d mm of %.0f mm folded: %d steps\n", nfold, 1e3 * scene.task.retract, nstep);
+        assert_false(exposes);
+        assert_near(nstep, 1e3 * scene.task.retract - nfold, 1);  // a motion may end by rounding
+        om__trace_done(&path);
+    }
+    om__crew_done(&crew);
+}
+
 // Nothing attached: no twin with fewer or more attachments.
 static void a_twin_that_cannot_be_made_is_left_out(void** state) {
     (void)state;
@@ -249,6 +283,7 @@ int main(void) {
         cmocka_unit_test(five_twins_are_compared),
         cmocka_unit_test(a_path_that_is_cut_is_continued),
         cmocka_unit_test(a_twin_that_cannot_be_made_is_left_out),
+        cmocka_unit_test(a_fold_that_is_continued_has_its_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
