@@ -53,8 +53,11 @@ NOTHING = "nothing was written"
 EARLY = "no file is half written"  # said before a verb has progress
 TRIES = 5
 
-# What a verb needs from another one before.
-BEFORE = {"umesh train": "umesh generate --elements 200 --points 4x4x4 -n 8 --shard 8 -q -o data",
+SAMPLES = "umesh generate --elements 200 --points 4x4x4 -n 16 --shard 16 -q -o data"
+
+# What a verb needs from others before, a command a line; folders data and made.
+BEFORE = {"umesh train": SAMPLES.replace("16", "8"),
+          "umesh eval": f"{SAMPLES}\numesh train -d data -o made --levels 1 --epochs 1 --validation 2 -q",
           "banet train": "banet generate -n 2 --shard 2 --seed 905 --way exact --pictures 0 -q -o data",
           "banet eval": "banet generate -n 1 --shard 1 --seed 905 --way exact --pictures 0 -q -o data"}
 
@@ -73,6 +76,8 @@ CASES = [
     ("calibrate", "lift.yaml -o out", 0.3, KEPT, r"out"),
     ("umesh generate", "--elements 200 --points 4x4x4 -n 5000 --shard 5 -o out", 0.3, KEPT, r"out"),
     ("umesh train", "-d data -o out --levels 1 --epochs 5000 --validation 2", 0.2, KEPT, r"out"),
+    ("umesh eval", "-d data -w made/weights.safetensors --tolerance 0.000001 -o out", 0.2, EARLY, None),
+    ("umesh predict", "--press 30 --tolerance 0.000001 -o out.vtu --onnx out.onnx", 0.2, EARLY, None),
     ("banet generate", "-n 2000 --shard 1 --seed 900 --way exact --pictures 0 -o out", 0.3, KEPT, r"out"),
     ("banet train", "-d data -o out --samples 2 --validation 1 --batch 1 --channels 16,16,16,16,16 --grid 16,16,16 --images 1 --epochs 100000",
      0.3, KEPT, r"out"),
@@ -128,10 +133,10 @@ def check(program, case, number=signal.SIGTERM):
             folder = pathlib.Path(name)
             for file, text in INPUTS.items():
                 (folder / file).write_text(text)
-            if verb in BEFORE:
-                subprocess.run([program, *BEFORE[verb].split()], cwd=folder, stdout=subprocess.DEVNULL, check=True)
+            for line in BEFORE.get(verb, "").splitlines():
+                subprocess.run([program, *line.split()], cwd=folder, stdout=subprocess.DEVNULL, check=True)
             code, seconds, said = stop(start(program, verb, options, folder), after, number)
-            left = sorted(p.name for p in folder.iterdir() if p.name not in INPUTS and p.name != "data")
+            left = sorted(p.name for p in folder.iterdir() if p.name not in {*INPUTS, "data", "made"})
         last = said.strip().splitlines()[-1] if said.strip() else ""
         print(f"{verb:15} {seconds:.2f} s  {last}  {left}")
         if EARLY in last and not left and says != EARLY:
