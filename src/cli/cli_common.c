@@ -176,6 +176,7 @@ static void on_alarm(int number) {
     if (restore_terminal) restore_terminal();
     const char* text = end_message;
     size_t length = 0;
+    if (!text) return;
     while (text[length]) ++length;
     if (write(STDERR_FILENO, text, length) < 0) _exit(OM_EXIT_CANCELLED);
     _exit(OM_EXIT_CANCELLED);

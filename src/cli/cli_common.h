@@ -102,7 +102,7 @@ const OmProgress* om_cli_progress(bool is_quiet);
 void om_cli_progress_done(void);
 // For work whose finished parts are whole on disk at any moment: a second after the first signal the program ends, with
 // this message and OM_EXIT_CANCELLED, if the work has not returned by then. `seconds` after this call it is as after a
-// signal; 0: never. A constant text.
+// signal; 0: never. A constant text; null: from now on the work ends by itself.
 void om_cli_set_end(const char* message, double seconds);
 bool om_cli_is_interrupted(void);
 // A second Ctrl-C calls this before it ends the program; only calls that a signal handler may make.

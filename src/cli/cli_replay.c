@@ -34,7 +34,10 @@ int om_cli_replay(int argc, char** argv) {
     def.path = om_cli_get(args, "--output");
     def.engines = &engines;
     if (status == OM_OK) status = om_cli_int(args, "--workers", &def.nworker);
+    // an estimate on a fine mesh takes seconds
+    om_cli_set_end("omentum replay: cancelled; no file is half written\n", 0);
     if (status == OM_OK) status = om_retract_replay(&def, om_cli_progress(is_quiet), &r);
+    om_cli_set_end(NULL, 0);
     if (status < 0) return om_cli_fail("replay", status);
     om_cli_progress_done();
     printf("%s\n", r.reason);

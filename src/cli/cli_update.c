@@ -245,7 +245,10 @@ static void print_result(const Update* u) {
 static int run(Update* u) {
     const OmProgress* progress = om_cli_progress(u->is_quiet);
     OmStatus status = om_folder_check(u->out, "update of a twin");
+    // a fit of a fine mesh takes seconds, and there are no files yet
+    om_cli_set_end("omentum update: cancelled; nothing was written\n", 0);
     if (status >= 0) status = compute(u, progress);
+    om_cli_set_end(NULL, 0);
     if (status >= 0) status = write_folder(u);
     if (status < 0) return om_cli_fail("update", status);
     om_cli_progress_done();
