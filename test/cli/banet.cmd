@@ -25,11 +25,6 @@ out ^2 samples
 $ ls -A killed | grep part
 exit 1
 
-# An evaluation once more, into the same folder.
-$ for k in 1 2; do $OMENTUM banet eval -d part -w $ROOT/weights/banet.safetensors -q -o evaluated > /dev/null || exit; done; ls evaluated
-exit 0
-out ^eval\.json$
-
 # Another seed, and another setting, are another set.
 $ omentum banet generate -n 3 --first 1 --shard 1 --seed 901 --way exact -q -o out
 exit 3
