@@ -120,6 +120,14 @@ static void test_uniform(void** context) {
         }
         assert_true(largest > 0);
         assert_below(worst, 1e-12 * largest);
+        // the density is the law's own in every part, at any Poisson's ratio
+        double* density = om_alloc((size_t)nodes(&r)->ntet, sizeof *density);
+        OmTissueEnergy whole;
+        assert_ok(om_tissue_get_energy(r.m, r.s, &whole));
+        assert_ok(om_tissue_get_measure(r.m, r.s, OM_ENERGY_DENSITY, density));
+        for (int e = 0; e < nodes(&r)->ntet; ++e)
+            assert_near_rel(density[e] * hi.x * hi.y * hi.z, whole.elastic, 1e-9);
+        om_free(density);
         om_free(x);
         om_free(f);
         rig_done(&r);

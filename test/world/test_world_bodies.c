@@ -174,9 +174,47 @@ static void test_failing_allocations_leak_nothing(void** state) {
     assert_true(test_failing_allocations(live, &scene, test_stride(9)) > 3);
 }
 
+// Quadratic elements: the body speaks of the vertices and tetrahedra of its site alone, and its forces sum to those of
+// the whole tissue.
+static void test_quadratic_body(void** state) {
+    (void)state;
+    OmScene scene = sheet("fem");
+    scene.tissue.element = OM_ELEMENT_QUADRATIC;
+    OmSite site;
+    OmBody* body;
+    OmBodyReport report;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    for (int n = 0; n < 20; ++n) {
+        command(body, 1, n);
+        assert_true(om_body_step(body, 0.02, &report) >= 0);
+    }
+    size_t nvert = (size_t)site.mesh.nvert, ntet = (size_t)site.mesh.ntet;
+    double *force = om_alloc(3 * (nvert + 1), sizeof *force),
+           *ratio = om_alloc(ntet + 1, sizeof *ratio), volume = 0;
+    force[3 * nvert] = ratio[ntet] = 12345;  // behind the end
+    OmBodyForces whole;
+    assert_ok(om_body_get_forces(body, &whole));
+    assert_ok(om_body_get_attachment_force(body, force));
+    OmVec3 sum = {0, 0, 0};
+    for (size_t v = 0; v < nvert; ++v) sum = om_add(sum, om_load3(force, (int)v));
+    assert_true(om_norm(whole.attachment) > 1e-3);
+    assert_near(om_distance(sum, whole.attachment), 0, 1e-9);
+    assert_ok(om_body_get_vertex_forces(body, force));
+    assert_true(force[3 * nvert] == 12345);
+    assert_ok(om_body_get_measure(body, OM_VOLUME_RATIO, ratio));
+    assert_true(ratio[ntet] == 12345);
+    for (size_t e = 0; e < ntet; ++e) volume += ratio[e] / (double)ntet;
+    assert_near(volume, 1, 0.02);
+    om_free(force);
+    om_free(ratio);
+    om_body_destroy(body);
+    om_site_done(&site);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_parallel_is_alone),
-                                       cmocka_unit_test(test_memory),
-                                       cmocka_unit_test(test_failing_allocations_leak_nothing)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_parallel_is_alone), cmocka_unit_test(test_quadratic_body),
+        cmocka_unit_test(test_memory), cmocka_unit_test(test_failing_allocations_leak_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
