@@ -31,6 +31,7 @@ import time
 
 import ctest_files
 
+AGAIN = 3  # further runs of a test over the limit
 MAX_ALLOWED = 10
 running = set()  # process groups of the tests that run now
 
@@ -172,15 +173,16 @@ def run_all(chosen, jobs, before):
 
 
 def hold_limit(outcomes, limit, allowed):
-    """Tests over the limit run once more, alone; what is over it again fails."""
+    """Tests over the limit run up to three times more, alone; the least time counts, since the machine may be shared."""
     for outcome in outcomes:
         if outcome.why or outcome.seconds <= limit or outcome.test.name in allowed:
             continue
-        again = Outcome(outcome.test, None)
-        outcome.seconds = min(outcome.seconds, again.seconds)
+        for _ in range(AGAIN):
+            if outcome.seconds > limit:
+                outcome.seconds = min(outcome.seconds, Outcome(outcome.test, None).seconds)
         if outcome.seconds > limit:
-            outcome.why = (f"took {outcome.seconds:.1f} s of processor time in each of two runs; a quick test takes at most "
-                           f"{limit:g} s: make its case smaller or give it the label slow")
+            outcome.why = (f"took {outcome.seconds:.1f} s of processor time at least in each of {1 + AGAIN} runs; a quick "
+                           f"test takes at most {limit:g} s: make its case smaller or give it the label slow")
             print(f"FAIL {outcome.test.name}: {outcome.why}", flush=True)
 
 

@@ -63,6 +63,7 @@ class Player:
 
 
 def main():
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it is ignored, by the program as well
     # keys act one by one, without a line end; an unknown one changes nothing
     p = Player("-t", "reach", "--start", "0")
     p.wait_text("0 steps")
