@@ -32,6 +32,7 @@ import time
 import ctest_files
 
 AGAIN = 3  # further runs of a test over the limit
+SLACK = 1.5  # of the limit: a shared machine is slower by a quarter in some hours
 MAX_ALLOWED = 10
 running = set()  # process groups of the tests that run now
 
@@ -180,10 +181,13 @@ def hold_limit(outcomes, limit, allowed):
         for _ in range(AGAIN):
             if outcome.seconds > limit:
                 outcome.seconds = min(outcome.seconds, Outcome(outcome.test, None).seconds)
-        if outcome.seconds > limit:
+        if outcome.seconds > SLACK * limit:
             outcome.why = (f"took {outcome.seconds:.1f} s of processor time at least in each of {1 + AGAIN} runs; a quick "
                            f"test takes at most {limit:g} s: make its case smaller or give it the label slow")
             print(f"FAIL {outcome.test.name}: {outcome.why}", flush=True)
+        elif outcome.seconds > limit:
+            print(f"slow {outcome.test.name}: {outcome.seconds:.1f} s; a quick test takes at most {limit:g} s, {SLACK:g} times "
+                  "that on a busy machine", flush=True)
 
 
 def main(arguments):
