@@ -101,7 +101,7 @@ def choosing():
 
 def limits():
     b = new()
-    b.add("long", "for ((i = 0; i < 250000; ++i)); do :; done")
+    b.add("long", "for ((i = 0; i < 150000; ++i)); do :; done")
     b.add("short", "true")
     allowed = b.folder / "allowed"
 
