@@ -93,7 +93,6 @@ typedef struct OmFemCells {
 
 typedef struct OmFem {  // model->data
     int nelem;          // tetrahedra of four or ten nodes
-    int nsub;           // tetrahedra of the mesh in each: 1 or 8
     int npoint;         // quadrature points in each: 1 or 5
     int nbatch;
     OmFemBatch* batch;  //                                                   (nbatch)

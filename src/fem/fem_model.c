@@ -139,7 +139,6 @@ static OmStatus fem_create(OmTissueModel* m) {
     m->data = fem;  // freed with the model, whatever fails below
     bool is_quadratic = m->elem_node != NULL;
     fem->nelem = m->nelem;
-    fem->nsub = is_quadratic ? 8 : 1;
     fem->npoint = is_quadratic ? 5 : 1;
     fem->nbatch = om_block_count(fem->nelem, OM__LANE);
     fem->batch = om_calloc((size_t)fem->nbatch, sizeof *fem->batch);

@@ -66,7 +66,8 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->element == OM_ELEMENT_LINEAR || def->engine->has_quadratic, OM_UNAVAILABLE,
              "tissue: engine \"%s\" has no quadratic elements", def->engine->name);
     OM_CHECK(def->element == OM_ELEMENT_LINEAR || !def->is_averaged, OM_INVALID,
-             "tissue: is_averaged is for linear elements, and element is \"quadratic\"");
+             "tissue: averaged strains (is_averaged, in scenes averaged: true) are for linear "
+             "elements, and element is \"quadratic\"");
     OM_CHECK(
         !def->options || !def->input, OM_INVALID,
         "tissue: options and input are both given; the engine makes its options from the input");
@@ -111,7 +112,19 @@ static OmStatus check_mesh(const OmTetMesh* mesh, const OmTissueEngine* engine, 
 #define CORNER_MASS (1.0 / 36)
 #define MID_MASS (4.0 / 27)
 
-// A quarter of each element's mass to each of its vertices, or the shares above.
+// A quarter of a tetrahedron's mass to each of its vertices; of the eight that fill a quadratic element, which are of
+// one size, the first stands for all.
+static void add_mass(OmTissueModel* m, int tet, double mass) {
+    if (!m->elem_node) {
+        for (int k = 0; k < 4; ++k)
+            m->mass[m->mesh.tet_vert[4 * (size_t)tet + (size_t)k]] += 0.25 * mass;
+        return;
+    }
+    for (int k = 0; k < 10 && tet % 8 == 0; ++k)
+        m->mass[m->elem_node[10 * (size_t)(tet / 8) + (size_t)k]] +=
+            8 * mass * (k < 4 ? CORNER_MASS : MID_MASS);
+}
+
 static OmStatus lump_mass(OmTissueModel* m) {
     const OmTetMesh* mesh = &m->mesh;
     const double* by_label = m->def.nmaterial > 0 ? m->def.material_density : NULL;
@@ -125,10 +138,7 @@ static OmStatus lump_mass(OmTissueModel* m) {
                b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
         m->volume[e] = om_dot(om_cross(a, b), c) / 6;
         double density = by_label ? by_label[mesh->tet_label[e]] : m->def.density;
-        for (int k = 0; k < 4 && !m->elem_node; ++k) m->mass[v[k]] += 0.25 * density * m->volume[e];
-        for (int k = 0; k < 10 && m->elem_node && e % 8 == 0; ++k)
-            m->mass[m->elem_node[10 * (e / 8) + k]] +=
-                8 * density * m->volume[e] * (k < 4 ? CORNER_MASS : MID_MASS);
+        add_mass(m, e, density * m->volume[e]);
         const OmMaterial* material = &m->def.material_default;
         if (m->def.nmaterial > 0) material = &m->def.material[mesh->tet_label[e]];
         double lambda, mu, bulk;
