@@ -3,7 +3,7 @@
 #define OMENTUM_FUZZ_SHAPE_H
 
 #include "fuzz_common.h"
-#include "omentum/shape_file.h"
+#include "omentum/shape_tet10.h"
 
 /// What was read is written and read again: the same mesh. (Only the bytes of positions count: a set may
 /// have a name that a format cannot hold, and then saving refuses.)
@@ -45,7 +45,9 @@ static inline void fuzz_tet_mesh(const uint8_t* data, size_t size, const char* s
     const char* path = fuzz_file(data, size, suffix);
     OmTetMesh mesh;
     // odd inputs also take the forgiving ways through the reader
-    unsigned flags = size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_KEEP_UNUSED : 0;
+    unsigned flags = size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_KEEP_UNUSED |
+                                    OM_MESH_STRAIGHTEN
+                              : 0;
     OmStatus status = om_tet_mesh_load_flags(path, OM_UNIT_MM, flags, &mesh);
     fuzz_file_done(path);
     FUZZ_EXPECT(status <= 0);
@@ -57,6 +59,33 @@ static inline void fuzz_tet_mesh(const uint8_t* data, size_t size, const char* s
     FUZZ_EXPECT(om_tet_mesh_validate(&mesh) == OM_OK);
     fuzz_save_tet_mesh(&mesh, suffix);
     om_tet_mesh_done(&mesh);
+}
+
+/// All nodes of quadratic tetrahedra; what was read is written and read again.
+static inline void fuzz_tet10_mesh(const uint8_t* data, size_t size, const char* suffix) {
+    const char* path = fuzz_file(data, size, suffix);
+    const OmMeshFrame frame = {OM_UNIT_M, OM_SPACE_RAS};
+    OmTet10Mesh mesh, back;
+    unsigned flags = size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT : 0;
+    OmStatus status = om_tet10_mesh_load(path, frame, flags, &mesh);
+    fuzz_file_done(path);
+    FUZZ_EXPECT(status <= 0);
+    if (status != OM_OK) {
+        FUZZ_EXPECT(mesh.x == NULL && om_error_message()[0] != '\0');
+        return;
+    }
+    FUZZ_EXPECT(mesh.nnode >= 4 && mesh.nelem >= 1 && om_tet10_mesh_validate(&mesh) == OM_OK);
+    path = fuzz_file((const uint8_t*)"", 0, suffix);
+    if (om_tet10_mesh_save(&mesh, path, OM_UNIT_M) == OM_OK) {
+        FUZZ_EXPECT(om_tet10_mesh_load(path, frame, 0, &back) == OM_OK);
+        FUZZ_EXPECT(back.nnode == mesh.nnode && back.nelem == mesh.nelem);
+        FUZZ_EXPECT(memcmp(back.x, mesh.x, 3 * (size_t)mesh.nnode * sizeof(double)) == 0);
+        FUZZ_EXPECT(
+            memcmp(back.elem_node, mesh.elem_node, 10 * (size_t)mesh.nelem * sizeof(int)) == 0);
+        om_tet10_mesh_done(&back);
+    }
+    fuzz_file_done(path);
+    om_tet10_mesh_done(&mesh);
 }
 
 static inline void fuzz_surface(const uint8_t* data, size_t size, const char* suffix) {

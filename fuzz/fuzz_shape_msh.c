@@ -3,6 +3,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     fuzz_tet_mesh(data, size, ".msh");
+    fuzz_tet10_mesh(data, size, ".msh");
     fuzz_surface(data, size, ".msh");
     return 0;
 }

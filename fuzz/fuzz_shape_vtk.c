@@ -3,6 +3,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     fuzz_tet_mesh(data, size, ".vtk");
+    fuzz_tet10_mesh(data, size, ".vtk");
     fuzz_surface(data, size, ".vtk");
     return 0;
 }

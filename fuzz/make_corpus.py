@@ -125,6 +125,14 @@ TETS = [(0, 1, 2, 3), (1, 4, 2, 3)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
 
+# The same tetrahedra with nodes at the midpoints of edges, in VTK's order; Gmsh has the last two the other way round.
+EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+ENDS = sorted({tuple(sorted((t[a], t[b]))) for t in TETS for a, b in EDGES})
+NODES = POINTS + [tuple((u + v) / 2 for u, v in zip(POINTS[a], POINTS[b])) for a, b in ENDS]
+TETS10 = [t + tuple(len(POINTS) + ENDS.index(tuple(sorted((t[a], t[b])))) for a, b in EDGES) for t in TETS]
+TETS10_MSH = [t[:8] + (t[9], t[8]) for t in TETS10]
+
+
 def lines(rows, shift=0):
     return "".join(" ".join(str(v + shift) for v in row) + "\n" for row in rows)
 
@@ -154,6 +162,16 @@ def mshes():
     put("msh/v4_parametric.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n2 5 3 30\n2 4 1 4\n3\n20\n7\n30\n"
         + lines(p + (0.5, 0.25) for p in POINTS[:4]) + "3 1 1 1\n9\n" + lines(p + (0, 0, 1) for p in POINTS[4:])
         + "$EndNodes\n$Periodic\n0\n$EndPeriodic\n$Elements\n1 2 1 2\n3 1 4 2\n5 3 20 7 30\n6 20 9 7 30\n$EndElements\n")
+    n = len(NODES)
+    put("msh/v2_tet10.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names + f"$Nodes\n{n}\n" + numbered(NODES)
+        + "$EndNodes\n$Elements\n3\n1 9 2 1 1 " + " ".join(str(TETS10[0][k] + 1) for k in (0, 2, 1, 6, 5, 4)) + "\n"
+        + numbered(TETS10_MSH, "11 2 7 1 ", 1, 2) + "$EndElements\n")
+    nodes = struct.pack("<4Q", 1, n, 1, n) + struct.pack("<3iQ", 3, 1, 0, n) + \
+        struct.pack(f"<{n}Q", *range(1, n + 1)) + b"".join(struct.pack("<3d", *p) for p in NODES)
+    tets = struct.pack("<4Q", 1, 2, 1, 2) + struct.pack("<3iQ", 3, 1, 11, 2) + b"".join(
+        struct.pack("<11Q", n, *(v + 1 for v in t)) for n, t in enumerate(TETS10_MSH, 1))
+    put("msh/v4_tet10_binary.msh", b"$MeshFormat\n4.1 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n$Nodes\n"
+        + nodes + b"\n$EndNodes\n$Elements\n" + tets + b"\n$EndElements\n")
     entities = struct.pack("<4Q", 0, 0, 1, 1) + \
         struct.pack("<i6dQiQ", 1, 0, 0, 0, 10, 10, 10, 1, 1, 0) + \
         struct.pack("<i6dQiQi", 1, 0, 0, 0, 10, 10, 10, 1, 7, 1, 1)
@@ -191,10 +209,18 @@ def vtks():
         + "CELLS 3 8\nOFFSETS vtktypeint64\n0 4 8\nCONNECTIVITY vtktypeint64\n" + lines(TETS) + "CELL_TYPES 2\n10\n10\n")
 
 
+    nodes = f"POINTS {len(NODES)} double\n" + lines(NODES)
+    tail = "CELLS 2 22\n" + lines((10,) + t for t in TETS10) + "CELL_TYPES 2\n24\n24\nCELL_DATA 2\n" \
+        "SCALARS tet_label int 1\nLOOKUP_TABLE default\n1\n2\n"
+    put("vtk/tet10.vtk", head.format("3.0", "ASCII", "UNSTRUCTURED_GRID") + nodes + tail)
+    curved = f"POINTS {len(NODES)} double\n" + lines(NODES[:5] + [(5, -1, 0)] + NODES[6:])
+    put("vtk/tet10_curved.vtk", head.format("3.0", "ASCII", "UNSTRUCTURED_GRID") + curved + tail)
+
+
 def vtus():
-    def grid(body, extra="", tail=""):
+    def grid(body, extra="", tail="", npoint=5):
         return f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" ' \
-            f'header_type="UInt32"{extra}>\n<!-- a seed -->\n<UnstructuredGrid>\n<Piece NumberOfPoints="5" ' \
+            f'header_type="UInt32"{extra}>\n<!-- a seed -->\n<UnstructuredGrid>\n<Piece NumberOfPoints="{npoint}" ' \
             f'NumberOfCells="2">\n{body}</Piece>\n</UnstructuredGrid>\n{tail}</VTKFile>\n'
 
     def arrays(form):
@@ -224,7 +250,16 @@ def vtus():
         head = struct.pack("<4I", 1, len(raw), len(raw), len(body))
         return 'format="binary">' + base64.b64encode(head).decode() + base64.b64encode(body).decode() + "</DataArray>\n"
 
+    def tet10(name, kind, values, components=1):
+        return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" {inline_zlib(kind, values)}'
+
     put("vtu/text.vtu", grid(arrays(text)))
+    put("vtu/tet10_zlib.vtu", grid(
+        "<PointData>\n" + tet10("attachment", "UInt8", [1, 0, 0, 1, 0, 1, 1] + [0] * (len(NODES) - 7))
+        + "</PointData>\n<Points>\n" + tet10("Points", "Float64", [v for p in NODES for v in p], 3)
+        + "</Points>\n<Cells>\n" + tet10("connectivity", "Int64", [v for t in TETS10 for v in t])
+        + tet10("offsets", "Int32", [10, 20]) + tet10("types", "UInt8", [24, 24]) + "</Cells>\n",
+        ' compressor="vtkZLibDataCompressor"', npoint=len(NODES)))
     fields = '<FieldData>\n<DataArray type="String" Name="SPACE" NumberOfTuples="1" format="ascii">76 80 83 0' \
         '</DataArray>\n<DataArray type="Float64" Name="metres_per_unit" format="ascii">0.01</DataArray>\n</FieldData>\n'
     put("vtu/fields.vtu", grid(arrays(text)).replace("<Piece", fields + "<Piece", 1))

@@ -14,8 +14,8 @@
 #ifndef OMENTUM_FEM_H
 #define OMENTUM_FEM_H
 
-#include "omentum/shape.h"
 #include "omentum/shape_sdf.h"
+#include "omentum/shape_tet10.h"
 #include "omentum/solve.h"
 #include "omentum/tissue_material.h"
 
@@ -58,6 +58,13 @@ OM_API void om_fem_faces_done(OmFemFaces* faces);
 /// @param kind  OM_TET4 or OM_TET10
 /// @return OM_OK; OM_INVALID (a kind that is no tetrahedron, or an empty mesh); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFemMesh* mesh);
+/// Solid of quadratic tetrahedra (OM_TET10), also with curved edges; labels become materials.
+/// @return OM_OK; OM_INVALID (as om_fem_mesh_validate: an element that is inverted at a quadrature point); OM_NO_MEMORY
+OM_API OmStatus om_fem_mesh_from_tet10(const OmTet10Mesh* tet, OmFemMesh* mesh);
+/// Its inverse: nodes and elements of a mesh of OM_TET10, for files and recordings; materials become labels.
+/// @param x  positions of its nodes, m (nnode x 3); null: at rest
+/// @return OM_OK; OM_INVALID (another kind of element); OM_NO_MEMORY
+OM_API OmStatus om_fem_mesh_get_tet10(const OmFemMesh* mesh, const double* x, OmTet10Mesh* tet);
 /// Box [lo, hi] of num[0] x num[1] x num[2] cells, x fastest; tetrahedra as in om_tet_mesh_box.
 /// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],

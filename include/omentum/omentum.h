@@ -75,6 +75,7 @@
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_points.h"
 #include "omentum/shape_sdf.h"
+#include "omentum/shape_tet10.h"
 #include "omentum/solve.h"
 #include "omentum/solve_eigen.h"
 #include "omentum/tissue.h"

@@ -41,28 +41,32 @@ enum {                        // flags of loading
     OM_MESH_FLIP = 1,         // turn inverted tetrahedra around instead of refusing them
     OM_MESH_KEEP_UNUSED = 2,  // keep vertices that no element uses
     OM_MESH_DROP_FLAT = 4,    // drop tetrahedra of zero volume instead of refusing them
+    OM_MESH_STRAIGHTEN = 8,   // leave out the nodes on curved edges instead of refusing them
 };
 
 // ---- loading ----------------------------------------------------------------------------------------
 
 /// Read a tetrahedral mesh (.msh, .vtk, .vtu by extension). Other cells are ignored. Labels come from
 /// Gmsh physical groups or the cell array `tet_label`; sets from named physical groups, or from point
-/// arrays of bytes that hold only 0 and 1. Vertices that no tetrahedron uses are dropped.
+/// arrays of bytes that hold only 0 and 1. Vertices that no tetrahedron uses are dropped. Of tetrahedra of ten nodes
+/// the four vertices are read: each node on an edge must be within 0.1 % of its length from the midpoint.
+/// shape_tet10.h keeps all nodes.
 /// @param unit  length of one unit of the file, m, > 0
 /// @return OM_OK, OM_IO, OM_NO_MEMORY, OM_INVALID: not such a file, no tetrahedra, a coordinate that is
-///         not finite, an index out of range, an inverted or flat element; the message says where
+///         not finite, an index out of range, an inverted, flat or curved element; the message says where
 OM_API OmStatus om_tet_mesh_load(const char* path, double unit, OmTetMesh* mesh);
-/// As om_tet_mesh_load, with OM_LOAD_ flags.
+/// As om_tet_mesh_load, with OM_MESH_ flags.
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags,
                                        OmTetMesh* mesh);
 
 /// Read a surface (.stl, .obj, .ply, .off, .vtp, .msh, .vtk, .vtu by extension). Polygons become fans, equal
 /// vertices of an STL become one, degenerate triangles are dropped. From a volume file: its triangles,
-/// or the boundary of its tetrahedra if it has none. Open and non-manifold surfaces are read: check them.
+/// or the boundary of its tetrahedra if it has none; of quadratic cells the vertices. Open and non-manifold surfaces
+/// are read: check them.
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load(const char* path, double unit, OmSurface* surface);
-/// As om_surface_load, with OM_LOAD_ flags.
+/// As om_surface_load, with OM_MESH_ flags.
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags,
                                       OmSurface* surface);

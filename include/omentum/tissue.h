@@ -18,7 +18,7 @@
 #ifndef OMENTUM_TISSUE_H
 #define OMENTUM_TISSUE_H
 
-#include "omentum/shape.h"
+#include "omentum/shape_tet10.h"
 #include "omentum/solve.h"
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"
@@ -85,6 +85,11 @@ OM_API void om_tissue_destroy(OmTissueModel* model);
 OM_API const OmTetMesh* om_tissue_mesh(const OmTissueModel* model);
 /// Vertices of the definition's mesh; they come first in om_tissue_mesh.
 OM_API int om_tissue_corner_count(const OmTissueModel* model);
+/// Nodes, elements, labels and sets of a model of quadratic elements, for files and recordings.
+/// @param x  positions of its vertices, m (nvert x 3); null: at rest
+/// @return OM_OK; OM_UNAVAILABLE (elements are linear); OM_NO_MEMORY
+OM_API OmStatus om_tissue_make_tet10(const OmTissueModel* model, const double* x,
+                                     OmTet10Mesh* mesh);
 /// Forces on all nodes as forces on the definition's vertices: that on a midpoint goes in halves to the ends of its
 /// edge.
 /// @param of_node    (nvert x 3)

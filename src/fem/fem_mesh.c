@@ -85,6 +85,29 @@ done:
     return status;
 }
 
+OmStatus om_fem_mesh_from_tet10(const OmTet10Mesh* tet, OmFemMesh* mesh) {
+    *mesh = (OmFemMesh){0};
+    OM_TRY(om_tet10_mesh_validate(tet));
+    OM_TRY(init_mesh(mesh, OM_TET10, tet->nnode, tet->nelem));
+    memcpy(mesh->x, tet->x, 3 * (size_t)tet->nnode * sizeof *mesh->x);
+    memcpy(mesh->elem_node, tet->elem_node, 10 * (size_t)tet->nelem * sizeof(int));
+    memcpy(mesh->elem_material, tet->elem_label, (size_t)tet->nelem * sizeof(int));
+    OmStatus status = om_fem_mesh_validate(mesh);
+    if (status < 0) om_fem_mesh_done(mesh);
+    return status;
+}
+
+OmStatus om_fem_mesh_get_tet10(const OmFemMesh* mesh, const double* x, OmTet10Mesh* tet) {
+    *tet = (OmTet10Mesh){0};
+    OM_CHECK(mesh->kind == OM_TET10, OM_INVALID, "elements %s, quadratic tetrahedra are wanted",
+             om_element_name(mesh->kind));
+    OM_TRY(om_tet10_mesh_init(tet, mesh->nnode, mesh->nelem));
+    memcpy(tet->x, x ? x : mesh->x, 3 * (size_t)mesh->nnode * sizeof *tet->x);
+    memcpy(tet->elem_node, mesh->elem_node, 10 * (size_t)mesh->nelem * sizeof(int));
+    memcpy(tet->elem_label, mesh->elem_material, (size_t)mesh->nelem * sizeof(int));
+    return OM_OK;
+}
+
 // ---- boxes and grids --------------------------------------------------------------------------------
 
 static void cell_nodes(const int dim[3], int i, int j, int k, int node[8]) {

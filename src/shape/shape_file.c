@@ -62,19 +62,23 @@ OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned fl
     if (status == OM_OK) {
         OmMeshFrame frame = om__place_points(&m, given, stated);
         status = om__finish_tet_mesh(&m, frame.unit, flags, mesh);
+        if (status == OM_OK && m.nmid > 0)
+            om_log(OM_LOG_INFO, "%s: the vertices of tetrahedra of ten nodes are read, %s", path,
+                   flags & OM_MESH_STRAIGHTEN ? "the nodes on their edges are left out"
+                                              : "the nodes on their edges are the midpoints");
         om__file_mesh_done(&m);
     }
     return status < 0 && status != OM_IO ? om_error_prefix(status, "%s", path) : status;
 }
 
-static OmStatus check_unit(const char* path, double unit) {
+OmStatus om__check_unit(const char* path, double unit) {
     OM_CHECK(isfinite(unit) && unit > 0, OM_INVALID, "%s: unit: %g m is no length", path, unit);
     return OM_OK;
 }
 
 OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags, OmTetMesh* mesh) {
     memset(mesh, 0, sizeof *mesh);
-    OM_TRY(check_unit(path, unit));
+    OM_TRY(om__check_unit(path, unit));
     return om_tet_mesh_load_frame(path, (OmMeshFrame){unit, OM_SPACE_NONE}, flags, mesh, NULL);
 }
 
@@ -97,7 +101,7 @@ OmStatus om_surface_load_frame(const char* path, OmMeshFrame given, unsigned fla
 
 OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags, OmSurface* surface) {
     memset(surface, 0, sizeof *surface);
-    OM_TRY(check_unit(path, unit));
+    OM_TRY(om__check_unit(path, unit));
     return om_surface_load_frame(path, (OmMeshFrame){unit, OM_SPACE_NONE}, flags, surface, NULL);
 }
 
@@ -167,21 +171,19 @@ void om__set_flags(const OmMeshSet* set, int nvert, unsigned char* flag) {
     for (int i = 0; i < set->nvert; i++) flag[set->vert[i]] = 1;
 }
 
-static OmStatus save_mesh(const OmTetMesh* mesh, const char* path, OmMeshFrame frame,
-                          OmMeshFormat format, const OmMeshArray* array, int narray) {
+OmStatus om__save_mesh(const OmMeshOutput* out, const char* path, OmMeshFormat format) {
     OmText text = {0};
     OmStatus status = OM_OK;
-    OM_TRY(om__check_arrays(array, narray));
-    for (int i = 0; i < narray; i++)
-        OM_CHECK(array[i].value, OM_INVALID, "array %s: it has no values", array[i].name);
-    OmMeshOutput out = {mesh, frame, 1 / frame.unit, array, narray};
+    OM_TRY(om__check_arrays(out->array, out->narray));
+    for (int i = 0; i < out->narray; i++)
+        OM_CHECK(out->array[i].value, OM_INVALID, "array %s: it has no values", out->array[i].name);
     switch (format) {
-    case OM_MESH_VTU: status = om__write_vtu(&out, false, &text); break;
-    case OM_MESH_VTU_ASCII: status = om__write_vtu(&out, true, &text); break;
-    case OM_MESH_VTK: status = om__write_vtk(&out, false, &text); break;
-    case OM_MESH_VTK_ASCII: status = om__write_vtk(&out, true, &text); break;
-    case OM_MESH_MSH41: status = om__write_msh(&out, true, &text); break;
-    case OM_MESH_MSH22: status = om__write_msh(&out, false, &text); break;
+    case OM_MESH_VTU: status = om__write_vtu(out, false, &text); break;
+    case OM_MESH_VTU_ASCII: status = om__write_vtu(out, true, &text); break;
+    case OM_MESH_VTK: status = om__write_vtk(out, false, &text); break;
+    case OM_MESH_VTK_ASCII: status = om__write_vtk(out, true, &text); break;
+    case OM_MESH_MSH41: status = om__write_msh(out, true, &text); break;
+    case OM_MESH_MSH22: status = om__write_msh(out, false, &text); break;
     default: status = om_error(OM_INVALID, "mesh format %d", (int)format);
     }
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
@@ -189,9 +191,15 @@ static OmStatus save_mesh(const OmTetMesh* mesh, const char* path, OmMeshFrame f
     return status;
 }
 
+static OmStatus save_mesh(const OmTetMesh* mesh, const char* path, OmMeshFrame frame,
+                          OmMeshFormat format, const OmMeshArray* array, int narray) {
+    const OmMeshOutput out = {mesh, mesh->tet_vert, 4, frame, 1 / frame.unit, array, narray};
+    return om__save_mesh(&out, path, format);
+}
+
 OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double unit,
                                  OmMeshFormat format, const OmMeshArray* array, int narray) {
-    OM_TRY(check_unit(path, unit));
+    OM_TRY(om__check_unit(path, unit));
     OM_TRY(om_tet_mesh_validate(mesh));
     return save_mesh(mesh, path, (OmMeshFrame){unit, OM_SPACE_RAS}, format, array, narray);
 }
@@ -203,26 +211,34 @@ static double* turned_points(const double* x, int nvert) {
     return turned;
 }
 
-OmStatus om_tet_mesh_save_frame(const OmTetMesh* mesh, const char* path, OmMeshFrame frame) {
+OmStatus om__find_format(const char* path, OmMeshFormat* format) {
     static const struct {
         const char* ext;
         OmMeshFormat format;
     } table[] = {{"vtu", OM_MESH_VTU}, {"vtk", OM_MESH_VTK}, {"msh", OM_MESH_MSH41}};
     char ext[16];
-    int found = -1;
     om_path_extension(path, ext, sizeof ext);
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
-        if (strcmp(ext, table[i].ext) == 0) found = (int)table[i].format;
-    OM_CHECK(found >= 0, OM_INVALID,
-             "%s: \"%s\" is no format of a mesh; .vtu, .vtk and .msh are written", path, ext);
-    OM_TRY(check_unit(path, frame.unit));
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        if (strcmp(ext, table[i].ext) != 0) continue;
+        *format = table[i].format;
+        return OM_OK;
+    }
+    return om_error(OM_INVALID,
+                    "%s: \"%s\" is no format of a mesh; .vtu, .vtk and .msh are written", path,
+                    ext);
+}
+
+OmStatus om_tet_mesh_save_frame(const OmTetMesh* mesh, const char* path, OmMeshFrame frame) {
+    OmMeshFormat format = OM_MESH_VTU;
+    OM_TRY(om__find_format(path, &format));
+    OM_TRY(om__check_unit(path, frame.unit));
     OM_TRY(om_tet_mesh_validate(mesh));
     OmTetMesh turned = *mesh;
     if (frame.space == OM_SPACE_LPS) {
         turned.x = turned_points(mesh->x, mesh->nvert);
         if (!turned.x) return OM_NO_MEMORY;
     }
-    OmStatus status = save_mesh(&turned, path, frame, (OmMeshFormat)found, NULL, 0);
+    OmStatus status = save_mesh(&turned, path, frame, format, NULL, 0);
     if (frame.space == OM_SPACE_LPS) om_free(turned.x);
     return status;
 }
@@ -249,7 +265,7 @@ OmStatus om_surface_save_frame(const OmSurface* surface, const char* path, OmMes
     OM_CHECK(write, OM_INVALID,
              "%s: \"%s\" is no format of a surface; .stl, .obj, .ply, .off and .vtk are written",
              path, ext);
-    OM_TRY(check_unit(path, frame.unit));
+    OM_TRY(om__check_unit(path, frame.unit));
     OmText text = {0};
     OmSurface turned = *surface;
     if (frame.space == OM_SPACE_LPS) {

@@ -12,6 +12,7 @@ void om__file_mesh_done(OmFileMesh* m) {
     om_free(m->normal);
     om_free(m->tri);
     om_free(m->tet);
+    om_free(m->mid);
     om_free(m->label);
     for (int s = 0; s < m->nset; s++) om_free(m->set[s].vert);
     om_free(m->set);
@@ -62,6 +63,14 @@ OmStatus om__add_tet(OmFileMesh* m, const int vert[4]) {
     return OM_OK;
 }
 
+OmStatus om__set_mid(OmFileMesh* m, const int mid[6]) {
+    OM_TRY(om__grow(&m->mid, &m->midcap, m->ntet, 6 * sizeof(int)));
+    for (; m->nmid < m->ntet; m->nmid++)
+        for (int k = 0; k < 6; k++) m->mid[6 * (size_t)m->nmid + (size_t)k] = -1;
+    memcpy(m->mid + 6 * ((size_t)m->ntet - 1), mid, 6 * sizeof(int));
+    return OM_OK;
+}
+
 OmStatus om__set_label(OmFileMesh* m, int64_t label) {
     OM_CHECK(label >= INT_MIN && label <= INT_MAX, OM_INVALID,
              "the label of tetrahedron %d is no integer of 32 bits", m->ntet);
@@ -86,7 +95,8 @@ OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, b
         OM_CHECK(nvert == (type == TETRA ? 4 : 10), OM_INVALID, "a tetrahedron of %d vertices",
                  nvert);
         *is_tet = true;
-        return om__add_tet(m, vert);
+        OM_TRY(om__add_tet(m, vert));
+        return type == TETRA ? OM_OK : om__set_mid(m, vert + 4);
     case TRIANGLE:
     case TRIANGLE_QUADRATIC:
         OM_CHECK(nvert == (type == TRIANGLE ? 3 : 6), OM_INVALID, "a triangle of %d vertices",

@@ -25,9 +25,45 @@ static OmStatus check_positions(const OmFileMesh* m, double unit) {
     return OM_OK;
 }
 
-// map[i]: new index of vertex i, -1 if no item uses it (its old index if all are kept). Returns the new count.
-static int number_used(const int* vert, int count, int nvert, bool keep_unused, int* map) {
+// ---- nodes on edges -----------------------------------------------------------------------------------
+
+#define STRAIGHT 1e-3  // of the length of an edge: what a node may be away from the midpoint
+
+// Edges of a tetrahedron, in the order of their nodes.
+static const int edge[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+
+static OmStatus check_mids(const OmFileMesh* m) {
+    for (int i = 0; i < 6 * m->nmid; i++)
+        OM_CHECK(m->mid[i] >= -1 && m->mid[i] < m->nvert, OM_INVALID,
+                 "tetrahedron %d names vertex %d, the file has %d", i / 6 + 1, m->mid[i] + 1,
+                 m->nvert);
+    return OM_OK;
+}
+
+static OmStatus check_straight(const OmFileMesh* m) {
+    for (int i = 0; i < 6 * m->nmid; i++) {
+        if (m->mid[i] < 0) continue;
+        const int* tet = m->tet + 4 * (size_t)(i / 6);
+        const int a = tet[edge[i % 6][0]], b = tet[edge[i % 6][1]];
+        OmVec3 p = om_load3(m->x, a), q = om_load3(m->x, b);
+        double off = om_distance(om_load3(m->x, m->mid[i]), om_lerp(p, q, 0.5));
+        OM_CHECK(off <= STRAIGHT * om_distance(p, q), OM_INVALID,
+                 "tetrahedron %d is curved: node %d is %.3g off the midpoint of the edge from "
+                 "vertex %d to %d, whose length is %.3g; OM_MESH_STRAIGHTEN leaves such nodes out, "
+                 "om_tet10_mesh_load keeps them",
+                 i / 6 + 1, m->mid[i] + 1, off, a + 1, b + 1, om_distance(p, q));
+    }
+    return OM_OK;
+}
+
+// map[i]: new index of vertex i, -1 if no item uses it (its old index if all are kept, but for nodes of edges). Returns
+// the new count.
+static int number_used(const OmFileMesh* m, const int* vert, int count, bool keep_unused,
+                       int* map) {
+    const int nvert = m->nvert;
     for (int i = 0; i < nvert; i++) map[i] = keep_unused ? 0 : -1;
+    for (int i = 0; keep_unused && i < 6 * m->nmid; i++)
+        if (m->mid[i] >= 0) map[m->mid[i]] = -1;
     for (int i = 0; i < count; i++) map[vert[i]] = 0;
     int n = 0;
     for (int i = 0; i < nvert; i++)
@@ -53,12 +89,21 @@ static double orientation(const double* x, const int* v) {
     return om_dot(om_cross(om_scale(s, a), om_scale(s, b)), om_scale(s, c));
 }
 
-// Select the elements to keep, and reorient them where the flags allow it. Returns their number or an error.
-static OmStatus orient(const OmFileMesh* m, unsigned flags, int* tet, int* label, int* ntet) {
+static void swap(int* a, int* b) {
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
+// Select the elements to keep, and reorient them where the flags allow it, with all ten nodes if nnode is 10. Returns
+// their number or an error.
+static OmStatus orient(const OmFileMesh* m, unsigned flags, int nnode, int* tet, int* label,
+                       int* ntet) {
     *ntet = 0;
     for (int e = 0; e < m->ntet; e++) {
-        int v[4];
-        memcpy(v, m->tet + 4 * (size_t)e, sizeof v);
+        int v[10];
+        memcpy(v, m->tet + 4 * (size_t)e, 4 * sizeof *v);
+        if (nnode == 10) memcpy(v + 4, m->mid + 6 * (size_t)e, 6 * sizeof *v);
         double det = orientation(m->x, v);
         bool is_flat = fabs(det) <= 1e-13;  // rounding of the products of unit edges is 1e-16
         if (is_flat && flags & OM_MESH_DROP_FLAT) continue;
@@ -68,11 +113,11 @@ static OmStatus orient(const OmFileMesh* m, unsigned flags, int* tet, int* label
                 flags & OM_MESH_FLIP, OM_INVALID,
                 "tetrahedron %d is inverted: its vertices 2 to 4 run clockwise seen from the first",
                 e + 1);
-            int t = v[2];
-            v[2] = v[3];
-            v[3] = t;
+            swap(&v[2], &v[3]);
+            if (nnode == 10) swap(&v[5], &v[8]);  // edges 12 and 13
+            if (nnode == 10) swap(&v[6], &v[7]);  // 02 and 03
         }
-        memcpy(tet + 4 * (size_t)*ntet, v, sizeof v);
+        memcpy(tet + (size_t)nnode * (size_t)*ntet, v, (size_t)nnode * sizeof *v);
         label[*ntet] = e < m->nlabel ? m->label[e] : 0;
         ++*ntet;
     }
@@ -104,21 +149,27 @@ done:
     return status;
 }
 
+static OmStatus check_tets(const OmFileMesh* m, double unit) {
+    OM_CHECK(m->ntet > 0, OM_INVALID, "the file has no tetrahedra");
+    OM_TRY(check_indices("tetrahedron", m->tet, m->ntet, 4, m->nvert));
+    OM_TRY(check_mids(m));
+    return check_positions(m, unit);
+}
+
 OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh) {
     OmStatus status = OM_OK;
     int *tet = NULL, *label = NULL, *map = NULL;
     int ntet = 0;
     memset(mesh, 0, sizeof *mesh);
-    OM_CHECK(m->ntet > 0, OM_INVALID, "the file has no tetrahedra");
-    OM_TRY(check_indices("tetrahedron", m->tet, m->ntet, 4, m->nvert));
-    OM_TRY(check_positions(m, unit));
+    OM_TRY(check_tets(m, unit));
+    if (!(flags & OM_MESH_STRAIGHTEN)) OM_TRY(check_straight(m));
     OM_ALLOC_DONE(tet, 4 * (size_t)m->ntet);
     OM_ALLOC_DONE(label, m->ntet);
     OM_ALLOC_DONE(map, m->nvert);
-    OM_TRY_DONE(orient(m, flags, tet, label, &ntet));
+    OM_TRY_DONE(orient(m, flags, 4, tet, label, &ntet));
     OM_CHECK_DONE(ntet > 0, OM_INVALID, "all %d tetrahedra of the file are flat", m->ntet);
 
-    int nvert = number_used(tet, 4 * ntet, m->nvert, flags & OM_MESH_KEEP_UNUSED, map);
+    int nvert = number_used(m, tet, 4 * ntet, flags & OM_MESH_KEEP_UNUSED, map);
     OM_TRY_DONE(om_tet_mesh_init(mesh, nvert, ntet));
     copy_positions(m, map, unit, mesh->x);
     for (int i = 0; i < 4 * ntet; i++) mesh->tet_vert[i] = map[tet[i]];
@@ -130,6 +181,42 @@ done:
     om_free(label);
     om_free(map);
     if (status < 0) om_tet_mesh_done(mesh);
+    return status;
+}
+
+OmStatus om__finish_tet10_mesh(const OmFileMesh* m, double unit, unsigned flags,
+                               OmTet10Mesh* mesh) {
+    OmStatus status = OM_OK;
+    OmTetMesh nodes = {0};  // for its sets
+    int *map = NULL, *node = NULL, *label = NULL, nelem = 0;
+    *mesh = (OmTet10Mesh){0};
+    OM_TRY(check_tets(m, unit));
+    for (int e = 0; e < m->ntet; e++)
+        for (int k = 0; k < 6; k++)
+            OM_CHECK(e < m->nmid && m->mid[6 * (size_t)e + (size_t)k] >= 0, OM_INVALID,
+                     "tetrahedron %d has four nodes, ten are wanted; om_tet_mesh_load reads it",
+                     e + 1);
+    OM_ALLOC_DONE(map, m->nvert);
+    OM_ALLOC_DONE(node, 10 * (size_t)m->ntet);
+    OM_ALLOC_DONE(label, m->ntet);
+    OM_TRY_DONE(orient(m, flags, 10, node, label, &nelem));
+    OM_CHECK_DONE(nelem > 0, OM_INVALID, "all %d tetrahedra of the file are flat", m->ntet);
+    nodes.nvert = number_used(m, node, 10 * nelem, false, map);
+    OM_TRY_DONE(copy_sets(m, map, &nodes));
+    OM_TRY_DONE(om_tet10_mesh_init(mesh, nodes.nvert, nelem));
+    copy_positions(m, map, unit, mesh->x);
+    for (int i = 0; i < 10 * nelem; i++) mesh->elem_node[i] = map[node[i]];
+    memcpy(mesh->elem_label, label, (size_t)nelem * sizeof(int));
+    mesh->nset = nodes.nset;
+    mesh->set = nodes.set;
+    nodes = (OmTetMesh){0};
+    OM_TRY_DONE(om_tet10_mesh_validate(mesh));
+done:
+    om_free(map);
+    om_free(node);
+    om_free(label);
+    om_tet_mesh_done(&nodes);
+    if (status < 0) om_tet10_mesh_done(mesh);
     return status;
 }
 
@@ -162,7 +249,8 @@ static OmStatus merge_equal(const OmFileMesh* m, int* same) {
 static OmStatus finish_boundary(const OmFileMesh* m, double unit, unsigned flags,
                                 OmSurface* surface) {
     OmTetMesh mesh;
-    OM_TRY(om__finish_tet_mesh(m, unit, flags | OM_MESH_FLIP | OM_MESH_DROP_FLAT, &mesh));
+    flags |= OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_STRAIGHTEN;
+    OM_TRY(om__finish_tet_mesh(m, unit, flags, &mesh));
     OmStatus status = om_tet_mesh_boundary(&mesh, surface, NULL);
     om_tet_mesh_done(&mesh);
     if (status == OM_OK && surface->ntri == 0) {
@@ -197,7 +285,7 @@ OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, Om
     OM_CHECK_DONE(ntri > 0, OM_INVALID, "all %d triangles of the file are degenerate", m->ntri);
 
     bool keep = flags & OM_MESH_KEEP_UNUSED && !m->is_soup;
-    int nvert = number_used(tri, 3 * ntri, m->nvert, keep, map);
+    int nvert = number_used(m, tri, 3 * ntri, keep, map);
     OM_TRY_DONE(om_surface_init(surface, nvert, ntri));
     copy_positions(m, map, unit, surface->x);
     for (int i = 0; i < 3 * ntri; i++) surface->tri_vert[i] = map[tri[i]];

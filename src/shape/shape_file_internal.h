@@ -3,6 +3,7 @@
 #define OMENTUM_SHAPE_FILE_INTERNAL_H
 
 #include "omentum/shape_cloud.h"
+#include "omentum/shape_tet10.h"
 
 // ---- contents of a file before units and checks (shape_file_data.c) -----------------------------
 
@@ -21,6 +22,10 @@ typedef struct OmFileMesh {
     int ntri, tricap;
     int* tet;  // (ntet x 4)
     int ntet, tetcap;
+    // nodes of the edges 01 12 02 03 13 23 of the first nmid tetrahedra, -1 of linear ones; the others are linear
+    // (nmid x 6)
+    int* mid;
+    int nmid, midcap;
     int* label;  // of the first nlabel tetrahedra, the others have 0
     int nlabel, labelcap;
     OmFileSet* set;
@@ -37,6 +42,8 @@ OmStatus om__add_vert(OmFileMesh* m, const double x[3]);
 OmStatus om__add_normal(OmFileMesh* m, const double normal[3]);
 OmStatus om__add_tri(OmFileMesh* m, int a, int b, int c);
 OmStatus om__add_tet(OmFileMesh* m, const int vert[4]);
+// Set the nodes on edges of the tetrahedron added last.
+OmStatus om__set_mid(OmFileMesh* m, const int mid[6]);
 // Set the label of the tetrahedron added last.
 OmStatus om__set_label(OmFileMesh* m, int64_t label);
 // Add a polygon as a fan of triangles.
@@ -44,7 +51,7 @@ OmStatus om__add_polygon(OmFileMesh* m, const int* vert, int nvert);
 // The index of the set of that name; a new set if there is none.
 OmStatus om__file_set(OmFileMesh* m, const char* name, size_t len, int* index);
 OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert);
-// Add a cell by its VTK type: tetrahedra and triangles (also quadratic) are used, polygons are
+// Add a cell by its VTK type: tetrahedra are used, of triangles (also quadratic) the vertices, polygons are
 // split, other types are ignored. *is_tet is true if a tetrahedron was added.
 OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, bool* is_tet);
 // A point array of bytes, for the vertices from `first` on: it becomes a set if all values are 0 or 1.
@@ -144,15 +151,32 @@ OmStatus om__parse_file(const char* path, OmFileKind kind, OmFileMesh* m);
 OmMeshFrame om__place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated);
 // Parse a file, or memory (for the fuzz targets), and build the mesh.
 OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh);
+OmStatus om__finish_tet10_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTet10Mesh* mesh);
+// Nodes, labels and sets of the mesh as those of linear tetrahedra, without tet_vert; borrowed.
+OmTetMesh om__tet10_view(const OmTet10Mesh* mesh);
 OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, OmSurface* surface);
 
 typedef struct OmMeshOutput {  // input of a writer
-    const OmTetMesh* mesh;
+    const OmTetMesh* mesh;     // its tet_vert is not used
+    const int* cell_node;      // nodes of the tetrahedra, of ten as in VTK  (ntet x ncell_node)
+    int ncell_node;            // 4 or 10
     OmMeshFrame frame;  // frame of the file; the mesh is already in this space
     double scale;       // of positions: 1 / unit
     const OmMeshArray* array;
     int narray;
 } OmMeshOutput;
+// Gmsh counts the nodes of the edges 23 and 13 of a tetrahedron in this order, VTK the other way round.
+static inline void om__swap_edges_of_msh(int node[10]) {
+    int last = node[9];
+    node[9] = node[8];
+    node[8] = last;
+}
+// VTK's type of a tetrahedron of 4 or 10 nodes.
+static inline unsigned char om__vtk_tetra(int nnode) { return nnode == 10 ? 24 : 10; }
+OmStatus om__check_unit(const char* path, double unit);
+// The format of a mesh by the extension.
+OmStatus om__find_format(const char* path, OmMeshFormat* format);
+OmStatus om__save_mesh(const OmMeshOutput* out, const char* path, OmMeshFormat format);
 OmStatus om__write_msh(const OmMeshOutput* out, bool is_msh41, OmText* text);
 OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text);
 OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text);

@@ -284,6 +284,7 @@ static OmStatus take_element(Msh* r, const Kind* k, int64_t tag, const int64_t* 
     }
     for (int s = 0; s < k->nset; s++)
         for (int i = 0; i < k->nnode; i++) OM_TRY(om__add_set_vert(r->m, k->set[s], vert[i]));
+    if (type == 24) om__swap_edges_of_msh(vert);
     OM_TRY(om__add_vtk_cell(r->m, type, vert, k->nnode, &is_tet));
     return is_tet && k->label ? om__set_label(r->m, k->label) : OM_OK;
 }

@@ -25,6 +25,17 @@ static int64_t count_elements(const OmTetMesh* mesh) {
     return n;
 }
 
+// The type of tetrahedra, and a line with the nodes of one.
+static int msh_type(const OmMeshOutput* out) { return out->ncell_node == 10 ? 11 : 4; }
+static OmStatus write_cell(const OmMeshOutput* out, int e, OmText* text) {
+    int node[10];
+    const size_t n = (size_t)out->ncell_node;
+    memcpy(node, out->cell_node + n * (size_t)e, n * sizeof *node);
+    if (n == 10) om__swap_edges_of_msh(node);
+    for (size_t i = 0; i < n; i++) OM_TRY(om_text_append(text, " %d", node[i] + 1));
+    return om_text_append(text, "\n");
+}
+
 // ---- 2.2 --------------------------------------------------------------------------------------------
 
 static OmStatus write_msh22(const OmMeshOutput* out, OmText* text) {
@@ -45,9 +56,9 @@ static OmStatus write_msh22(const OmMeshOutput* out, OmText* text) {
         }
     }
     for (int e = 0; e < mesh->ntet; e++) {
-        const int* v = mesh->tet_vert + 4 * (size_t)e;
-        OM_TRY(om_text_append(text, "%lld 4 2 %d 1 %d %d %d %d\n", (long long)++number,
-                              mesh->tet_label[e], v[0] + 1, v[1] + 1, v[2] + 1, v[3] + 1));
+        OM_TRY(om_text_append(text, "%lld %d 2 %d 1", (long long)++number, msh_type(out),
+                              mesh->tet_label[e]));
+        OM_TRY(write_cell(out, e, text));
     }
     return om_text_append(text, "$EndElements\n");
 }
@@ -86,9 +97,9 @@ static OmStatus list_volumes(const OmMeshOutput* out, Volume** volume, int* nvol
         if (i == 0 || list[i].label != list[*nvolume - 1].label) list[(*nvolume)++] = list[i];
     for (int e = 0; e < mesh->ntet; e++) {
         Volume* v = &list[find_volume(list, *nvolume, mesh->tet_label[e])];
-        for (int k = 0; k < 4; k++) {
-            OmVec3 p =
-                om_scale(out->scale, om_load3(mesh->x, mesh->tet_vert[4 * (size_t)e + (size_t)k]));
+        for (int k = 0; k < out->ncell_node; k++) {
+            const int node = out->cell_node[(size_t)out->ncell_node * (size_t)e + (size_t)k];
+            OmVec3 p = om_scale(out->scale, om_load3(mesh->x, node));
             v->lo = om_vec3(fmin(v->lo.x, p.x), fmin(v->lo.y, p.y), fmin(v->lo.z, p.z));
             v->hi = om_vec3(fmax(v->hi.x, p.x), fmax(v->hi.y, p.y), fmax(v->hi.z, p.z));
         }
@@ -133,8 +144,9 @@ static int run_end(const OmTetMesh* mesh, int e) {
     return end;
 }
 
-static OmStatus write_elements(const OmTetMesh* mesh, const Volume* volume, int nvolume,
+static OmStatus write_elements(const OmMeshOutput* out, const Volume* volume, int nvolume,
                                OmText* text) {
+    const OmTetMesh* mesh = out->mesh;
     long long number = 0, total = (long long)count_elements(mesh);
     int nblock = 0;
     for (int s = 0; s < mesh->nset; s++) nblock += mesh->set[s].nvert > 0;
@@ -148,11 +160,10 @@ static OmStatus write_elements(const OmTetMesh* mesh, const Volume* volume, int 
     }
     for (int e = 0; e < mesh->ntet;) {
         int end = run_end(mesh, e), entity = find_volume(volume, nvolume, mesh->tet_label[e]) + 1;
-        OM_TRY(om_text_append(text, "3 %d 4 %d\n", entity, end - e));
+        OM_TRY(om_text_append(text, "3 %d %d %d\n", entity, msh_type(out), end - e));
         for (; e < end; e++) {
-            const int* v = mesh->tet_vert + 4 * (size_t)e;
-            OM_TRY(om_text_append(text, "%lld %d %d %d %d\n", ++number, v[0] + 1, v[1] + 1,
-                                  v[2] + 1, v[3] + 1));
+            OM_TRY(om_text_append(text, "%lld", ++number));
+            OM_TRY(write_cell(out, e, text));
         }
     }
     return om_text_append(text, "$EndElements\n");
@@ -166,7 +177,7 @@ static OmStatus write_msh41(const OmMeshOutput* out, OmText* text) {
     OM_TRY(list_volumes(out, &volume, &nvolume));
     OmStatus status = write_entities(out, volume, nvolume, text);
     if (status == OM_OK) status = write_nodes(out, text);
-    if (status == OM_OK) status = write_elements(out->mesh, volume, nvolume, text);
+    if (status == OM_OK) status = write_elements(out, volume, nvolume, text);
     om_free(volume);
     return status;
 }

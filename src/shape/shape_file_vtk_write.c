@@ -64,16 +64,15 @@ static OmStatus write_lists(OmText* text, bool is_text, const int* vert, int nit
     return status;
 }
 
-static OmStatus write_cells(OmText* text, bool is_text, const OmTetMesh* mesh) {
-    enum { TETRA = 10 };
-    OM_TRY(om_text_append(text, "CELLS %d %lld\n", mesh->ntet, 5 * (long long)mesh->ntet));
-    OM_TRY(write_lists(text, is_text, mesh->tet_vert, mesh->ntet, 4));
+static OmStatus write_cells(OmText* text, bool is_text, const OmMeshOutput* out) {
+    const int n = out->mesh->ntet, nnode = out->ncell_node;
+    OM_TRY(om_text_append(text, "CELLS %d %lld\n", n, (nnode + 1) * (long long)n));
+    OM_TRY(write_lists(text, is_text, out->cell_node, n, nnode));
     int* type;
-    OM_ALLOC(type, mesh->ntet);
-    for (int e = 0; e < mesh->ntet; e++) type[e] = TETRA;
-    OmStatus status = om_text_append(text, "CELL_TYPES %d\n", mesh->ntet);
-    if (status == OM_OK)
-        status = write_values(text, is_text, OM_ARRAY_INT, type, (size_t)mesh->ntet, 20);
+    OM_ALLOC(type, n);
+    for (int e = 0; e < n; e++) type[e] = om__vtk_tetra(nnode);
+    OmStatus status = om_text_append(text, "CELL_TYPES %d\n", n);
+    if (status == OM_OK) status = write_values(text, is_text, OM_ARRAY_INT, type, (size_t)n, 20);
     om_free(type);
     return status;
 }
@@ -131,7 +130,7 @@ static OmStatus write_points(OmText* text, bool is_text, const double* x, int nv
 OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text) {
     OM_TRY(write_head(text, is_text, out->frame, "UNSTRUCTURED_GRID"));
     OM_TRY(write_points(text, is_text, out->mesh->x, out->mesh->nvert, out->scale));
-    OM_TRY(write_cells(text, is_text, out->mesh));
+    OM_TRY(write_cells(text, is_text, out));
     return write_data(text, is_text, out);
 }
 

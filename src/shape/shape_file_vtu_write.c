@@ -48,22 +48,23 @@ static OmStatus write_array(OmText* text, bool is_text, const OmMeshArray* a, in
     return om_text_append(text, "%s</DataArray>\n", is_text ? "" : "\n");
 }
 
-static OmStatus write_cells(OmText* text, bool is_text, const OmTetMesh* mesh) {
+static OmStatus write_cells(OmText* text, bool is_text, const OmMeshOutput* out) {
+    const int n = out->mesh->ntet, nnode = out->ncell_node;
     OmStatus status = OM_OK;
     unsigned char* type = NULL;
     int* offset = NULL;
-    OM_ALLOC_DONE(type, mesh->ntet);
-    OM_ALLOC_DONE(offset, mesh->ntet);
-    memset(type, 10, (size_t)mesh->ntet);
-    for (int e = 0; e < mesh->ntet; e++) offset[e] = 4 * (e + 1);
-    const OmMeshArray array[] = {{"connectivity", OM_ARRAY_INT, 4, true, mesh->tet_vert},
+    OM_ALLOC_DONE(type, n);
+    OM_ALLOC_DONE(offset, n);
+    memset(type, om__vtk_tetra(nnode), (size_t)n);
+    for (int e = 0; e < n; e++) offset[e] = nnode * (e + 1);
+    const OmMeshArray array[] = {{"connectivity", OM_ARRAY_INT, nnode, true, out->cell_node},
                                  {"offsets", OM_ARRAY_INT, 1, true, offset},
                                  {"types", OM_ARRAY_BYTE, 1, true, type}};
     OM_TRY_DONE(om_text_append(text, "<Cells>\n"));
     for (int i = 0; i < 3; i++) {
         OmMeshArray a = array[i];
         if (i == 0) a.ncomp = 1;  // VTK expects a flat list
-        OM_TRY_DONE(write_array(text, is_text, &a, i == 0 ? 4 * mesh->ntet : mesh->ntet));
+        OM_TRY_DONE(write_array(text, is_text, &a, i == 0 ? nnode * n : n));
     }
     OM_TRY_DONE(om_text_append(text, "</Cells>\n"));
 done:
@@ -138,7 +139,7 @@ OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
                           out->mesh->nvert, out->mesh->ntet));
     OM_TRY(write_data(text, is_text, out));
     OM_TRY(write_points(text, is_text, out));
-    OM_TRY(write_cells(text, is_text, out->mesh));
+    OM_TRY(write_cells(text, is_text, out));
     return om_text_append(text, "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
 }
 

@@ -9,12 +9,11 @@
 #include <hdf5.h>
 #include <string.h>
 
-#include "omentum/shape_file.h"
+#include "shape/shape_file_internal.h"
 
 #define MAX_ARRAY 16
 #define CHUNK_BYTES (256u << 10)
 #define VTK_TRIANGLE 5
-#define VTK_TETRA 10
 
 typedef struct Recorded {
     OmMeshArray array;  // its values are not kept
@@ -130,7 +129,9 @@ static bool write_header(OmRecording* r) {
 
 // The recorded parts: a mesh, and surfaces after it.
 typedef struct Whole {
-    const OmTetMesh* mesh;
+    const OmTetMesh* mesh;  // its tet_vert is not used
+    const int* cell_node;   // nodes of its tetrahedra (ntet x ncell_node)
+    int ncell_node;
     const char* name;
     const OmRecordedSurface* surface;
     int nsurface;
@@ -138,7 +139,8 @@ typedef struct Whole {
 
 // Elements, written once: connectivity, first corner of each, their type, the part and the label of each.
 static OmStatus write_elements(OmRecording* r, const Whole* w) {
-    const size_t ntet = (size_t)w->mesh->ntet, n = (size_t)r->ncell, nconn = 3 * n + ntet;
+    const size_t ntet = (size_t)w->mesh->ntet, n = (size_t)r->ncell, nnode = (size_t)w->ncell_node;
+    const size_t nconn = nnode * ntet + 3 * (n - ntet);
     int64_t *index = NULL, *begin = NULL;
     unsigned char* kind = NULL;
     int *part = NULL, *label = NULL;
@@ -148,14 +150,14 @@ static OmStatus write_elements(OmRecording* r, const Whole* w) {
     OM_ALLOC_DONE(kind, n + 1);
     OM_ALLOC_DONE(part, n + 1);
     OM_ALLOC_DONE(label, n + 1);
-    for (size_t i = 0; i < 4 * ntet; ++i) index[i] = w->mesh->tet_vert[i];
+    for (size_t i = 0; i < nnode * ntet; ++i) index[i] = w->cell_node[i];
     for (size_t i = 0; i < ntet; ++i) {
-        begin[i] = (int64_t)(4 * i);
-        kind[i] = VTK_TETRA;
+        begin[i] = (int64_t)(nnode * i);
+        kind[i] = om__vtk_tetra(w->ncell_node);
         part[i] = 0;
         label[i] = w->mesh->tet_label[i];
     }
-    size_t cell = ntet, at = 4 * ntet;
+    size_t cell = ntet, at = nnode * ntet;
     int64_t first = w->mesh->nvert;
     for (int k = 0; k < w->nsurface; ++k) {
         const OmSurface* s = w->surface[k].surface;
@@ -296,7 +298,7 @@ static OmStatus check_surfaces(OmRecording* r, const Whole* w) {
         nvert += w->surface[k].surface->nvert;
         ncell += w->surface[k].surface->ntri;
     }
-    OM_CHECK(nvert <= INT32_MAX && ncell <= INT32_MAX / 4, OM_INVALID,
+    OM_CHECK(nvert <= INT32_MAX && ncell <= INT32_MAX / w->ncell_node, OM_INVALID,
              "recording: %lld vertices and %lld cells are too many", (long long)nvert,
              (long long)ncell);
     r->nvert = (int)nvert;
@@ -304,19 +306,17 @@ static OmStatus check_surfaces(OmRecording* r, const Whole* w) {
     return OM_OK;
 }
 
-OmStatus om_recording_begin_scene(const char* path, const OmTetMesh* mesh, const char* mesh_name,
-                                  const OmRecordedSurface* surface, int nsurface,
-                                  const OmRecordingArrays* arrays, OmRecording** recording) {
+static OmStatus begin(const char* path, const Whole* whole, const OmRecordingArrays* arrays,
+                      OmRecording** recording) {
     *recording = NULL;
     OmRecording* r = om_calloc(1, sizeof *r);
     if (!r) return OM_NO_MEMORY;
-    const Whole whole = {mesh, mesh_name, surface, nsurface};
     r->file = -1;
-    OmStatus status = check_surfaces(r, &whole);
+    OmStatus status = check_surfaces(r, whole);
     if (status == OM_OK) status = open_file(r, path);
-    if (status == OM_OK) status = write_elements(r, &whole);
-    if (status == OM_OK && nsurface > 0) status = write_names(r, &whole);
-    if (status == OM_OK) status = write_sets(r, mesh);
+    if (status == OM_OK) status = write_elements(r, whole);
+    if (status == OM_OK && whole->nsurface > 0) status = write_names(r, whole);
+    if (status == OM_OK) status = write_sets(r, whole->mesh);
     for (int i = 0; status == OM_OK && i < arrays->narray; ++i)
         status = add_array(r, &arrays->array[i]);
     if (status < 0)
@@ -324,6 +324,23 @@ OmStatus om_recording_begin_scene(const char* path, const OmTetMesh* mesh, const
     else
         *recording = r;
     return status;
+}
+
+OmStatus om_recording_begin_scene(const char* path, const OmTetMesh* mesh, const char* mesh_name,
+                                  const OmRecordedSurface* surface, int nsurface,
+                                  const OmRecordingArrays* arrays, OmRecording** recording) {
+    const Whole whole = {mesh, mesh->tet_vert, 4, mesh_name, surface, nsurface};
+    return begin(path, &whole, arrays, recording);
+}
+
+OmStatus om_recording_begin_tet10(const char* path, const OmTet10Mesh* mesh, const char* mesh_name,
+                                  const OmRecordedSurface* surface, int nsurface,
+                                  const OmRecordingArrays* arrays, OmRecording** recording) {
+    const OmTetMesh nodes = om__tet10_view(mesh);
+    const Whole whole = {&nodes, mesh->elem_node, 10, mesh_name, surface, nsurface};
+    *recording = NULL;
+    OM_TRY(om_tet10_mesh_validate(mesh));
+    return begin(path, &whole, arrays, recording);
 }
 
 OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh, const OmMeshArray* array,

@@ -234,6 +234,14 @@ static OmStatus find_ends(OmTissueModel* m) {
     return OM_OK;
 }
 
+OmStatus om_tissue_make_tet10(const OmTissueModel* m, const double* x, OmTet10Mesh* mesh) {
+    *mesh = (OmTet10Mesh){0};
+    OM_CHECK(m->elem_node, OM_UNAVAILABLE, "tissue: its elements are linear; ten nodes are wanted");
+    OM_TRY(om_tet10_mesh_from_nodes(&m->mesh, m->elem_node, mesh));
+    if (x) memcpy(mesh->x, x, 3 * (size_t)mesh->nnode * sizeof *x);
+    return OM_OK;
+}
+
 void om_tissue_gather_corners(const OmTissueModel* m, const double* of_node, double* of_corner) {
     memmove(of_corner, of_node, 3 * (size_t)m->ncorner * sizeof *of_corner);
     for (int i = m->ncorner; i < m->mesh.nvert; ++i)

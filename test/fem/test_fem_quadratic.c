@@ -197,6 +197,42 @@ static void test_mass(void** context) {
     rig_done(&r);
 }
 
+// For files: the engine's elements with the nodes on their edges, at rest and moved; refused for linear ones.
+static void test_nodes_for_files(void** context) {
+    (void)context;
+    static const int edge[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+    TestRig r;
+    OmMaterial two[2];
+    OmTet10Mesh ten;
+    element_start(&r, &quadratic_element, small, two, every_law[0]);
+    const OmTetMesh* mesh = element_nodes(&r);
+    assert_ok(om_tissue_make_tet10(r.m, NULL, &ten));
+    assert_int_equal(ten.nnode, mesh->nvert);
+    assert_int_equal(ten.nelem, r.mesh.ntet);
+    assert_int_equal(ten.nset, mesh->nset);
+    assert_memory_equal(ten.elem_label, r.mesh.tet_label, (size_t)ten.nelem * sizeof(int));
+    for (int e = 0; e < ten.nelem; ++e) {
+        const int* node = ten.elem_node + 10 * e;
+        assert_memory_equal(node, r.mesh.tet_vert + 4 * e, 4 * sizeof(int));
+        for (int k = 0; k < 6; ++k) {
+            OmVec3 p = om_load3(ten.x, node[edge[k][0]]), q = om_load3(ten.x, node[edge[k][1]]);
+            assert_near(om_distance(om_load3(ten.x, node[4 + k]), om_lerp(p, q, 0.5)), 0, 1e-17);
+        }
+    }
+    om_tet10_mesh_done(&ten);
+    double* x = om_calloc(3 * (size_t)mesh->nvert, sizeof *x);
+    for (int i = 0; i < 3 * mesh->nvert; ++i) x[i] = i;
+    assert_ok(om_tissue_make_tet10(r.m, x, &ten));
+    assert_memory_equal(ten.x, x, 3 * (size_t)mesh->nvert * sizeof *x);
+    om_tet10_mesh_done(&ten);
+    om_free(x);
+    rig_done(&r);
+    rig_box(&r, element_lo, element_hi, 1, 1, 1);
+    rig_start(&r);
+    assert_status(om_tissue_make_tet10(r.m, NULL, &ten), OM_UNAVAILABLE);
+    rig_done(&r);
+}
+
 // A midpoint is held still where both ends are, half-way between their anchors; springs stay at the vertices.
 static void test_attachment(void** context) {
     (void)context;
@@ -544,6 +580,7 @@ int main(void) {
         cmocka_unit_test(test_step_is_close),
         cmocka_unit_test(test_no_spurious_mode),
         cmocka_unit_test(test_mass),
+        cmocka_unit_test(test_nodes_for_files),
         cmocka_unit_test(test_attachment),
         cmocka_unit_test(test_static_solid),
         cmocka_unit_test(test_cantilever),

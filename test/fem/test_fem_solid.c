@@ -223,8 +223,73 @@ static void test_determinism(void** context) {
     }
 }
 
+// Meshes of shape_tet10.h: the same elements as om_fem_mesh_from_tet makes; there and back the same numbers.
+static void test_tet10_meshes(void** context) {
+    (void)context;
+    OmTetMesh tet;
+    OmTet10Mesh ten, back;
+    OmFemMesh made, mesh, linear;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 2, 3), 2, 2, 1, &tet));
+    for (int e = 0; e < tet.ntet; ++e) tet.tet_label[e] = e % 3;
+    assert_ok(om_tet10_mesh_from_tet(&tet, &ten));
+    assert_ok(om_fem_mesh_from_tet10(&ten, &mesh));
+    assert_ok(om_fem_mesh_from_tet(&tet, OM_TET10, &made));
+    assert_int_equal(mesh.nnode, made.nnode);
+    assert_int_equal(mesh.nelem, made.nelem);
+    for (int i = 0; i < 10 * mesh.nelem; ++i)
+        assert_memory_equal(mesh.x + 3 * mesh.elem_node[i], made.x + 3 * made.elem_node[i],
+                            3 * sizeof(double));
+    assert_memory_equal(mesh.elem_material, made.elem_material, (size_t)mesh.nelem * sizeof(int));
+    for (int i = 0; i < 3 * mesh.nnode; ++i) made.x[i] = 2 * mesh.x[i];
+    for (int moved = 0; moved < 2; ++moved) {
+        assert_ok(om_fem_mesh_get_tet10(&mesh, moved ? made.x : NULL, &back));
+        assert_memory_equal(back.elem_node, ten.elem_node, 10 * (size_t)ten.nelem * sizeof(int));
+        assert_memory_equal(back.elem_label, ten.elem_label, (size_t)ten.nelem * sizeof(int));
+        for (int i = 0; i < 3 * ten.nnode; ++i)
+            assert_near(back.x[i], (1 + moved) * ten.x[i], 0);
+        om_tet10_mesh_done(&back);
+    }
+    assert_ok(om_fem_mesh_from_tet(&tet, OM_TET4, &linear));
+    assert_status(om_fem_mesh_get_tet10(&linear, NULL, &back), OM_INVALID);
+    assert_null(back.x);
+    om_fem_mesh_done(&linear);
+    om_fem_mesh_done(&mesh);
+    om_fem_mesh_done(&made);
+    om_tet10_mesh_done(&ten);
+    om_tet_mesh_done(&tet);
+}
+
+// One tetrahedron of edge a whose edge 01, along x, bends by d against y. x = X + 4 L0 L1 d e_y gives the volume
+// V - d V / a by the integral of 4 d (L0 L1),y = -4 d x / a^2, as the mean of x is a / 4.
+static void test_volume_of_a_curved_element(void** context) {
+    (void)context;
+    const double a = 0.02, d = -0.003, V = a * a * a / 6;
+    OmTetMesh tet;
+    OmTet10Mesh ten;
+    OmFemMesh mesh;
+    assert_ok(om_tet_mesh_init(&tet, 4, 1));
+    tet.x[3] = tet.x[7] = tet.x[11] = a;
+    memcpy(tet.tet_vert, (int[4]){0, 1, 2, 3}, sizeof(int[4]));
+    assert_ok(om_tet10_mesh_from_tet(&tet, &ten));
+    ten.x[3 * ten.elem_node[4] + 1] += d;
+    assert_ok(om_fem_mesh_from_tet10(&ten, &mesh));
+    OmFemSolid* solid = make_solid(&cases[5], &mesh, 1);
+    double mass = 0;
+    for (int i = 0; i < mesh.nnode; ++i) mass += om_fem_mass(solid)[i];
+    assert_near_rel(mass, 1000 * (V - d * V / a), 1e-13);
+    om_fem_destroy(solid);
+    om_fem_mesh_done(&mesh);
+    ten.x[3 * ten.elem_node[4] + 1] = 2 * a;  // inverts a corner
+    assert_status(om_fem_mesh_from_tet10(&ten, &mesh), OM_INVALID);
+    assert_null(mesh.x);
+    om_tet10_mesh_done(&ten);
+    om_tet_mesh_done(&tet);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tet10_meshes),
+        cmocka_unit_test(test_volume_of_a_curved_element),
         cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_patch),
         cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_mass),
         cmocka_unit_test(test_determinism),

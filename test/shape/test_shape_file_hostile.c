@@ -1,5 +1,6 @@
 // Files that lie: each is refused with one sentence that says where, and nothing is left behind.
 #include "shape_file_common.h"
+#include "omentum/shape_tet10.h"
 #include "test_alloc.h"
 
 #include <dirent.h>
@@ -276,6 +277,13 @@ static OmStatus load_tet(const char* path) {
     return status;
 }
 
+static OmStatus load_tet10(const char* path) {
+    OmTet10Mesh mesh;
+    OmStatus status = om_tet10_mesh_load(path, (OmMeshFrame){OM_UNIT_M, OM_SPACE_RAS}, 0, &mesh);
+    om_tet10_mesh_done(&mesh);
+    return status;
+}
+
 static OmStatus load_surface(const char* path) {
     OmSurface surface;
     OmStatus status = om_surface_load(path, OM_UNIT_M, &surface);
@@ -299,6 +307,7 @@ static void cut_seed(const char* seed, const char* ext, const char* data, size_t
         write_bytes(path, data, cut);
         assert_cut(seed, path, cut, load_surface(path));
         if (has_tet(ext)) assert_cut(seed, path, cut, load_tet(path));
+        if (strstr(seed, "tet10")) assert_cut(seed, path, cut, load_tet10(path));
         assert_int_equal(om_alloc_alive(), alive);
     }
     remove(path);
@@ -332,6 +341,7 @@ static void starve_seed(const char* seed, const char* ext, const char* data, siz
     assert_int_equal(load_surface(seed), is_refused ? OM_INVALID : OM_OK);
     starve(seed, load_surface);
     if (has_tet(ext)) starve(seed, load_tet);
+    if (strstr(seed, "tet10")) starve(seed, load_tet10);
 }
 
 static void test_failing_allocations_of_readers(void** unused) {
