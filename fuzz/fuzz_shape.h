@@ -45,9 +45,8 @@ static inline void fuzz_tet_mesh(const uint8_t* data, size_t size, const char* s
     const char* path = fuzz_file(data, size, suffix);
     OmTetMesh mesh;
     // odd inputs also take the forgiving ways through the reader
-    unsigned flags = size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_KEEP_UNUSED |
-                                    OM_MESH_STRAIGHTEN
-                              : 0;
+    unsigned flags =
+        size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_KEEP_UNUSED | OM_MESH_STRAIGHTEN : 0;
     OmStatus status = om_tet_mesh_load_flags(path, OM_UNIT_MM, flags, &mesh);
     fuzz_file_done(path);
     FUZZ_EXPECT(status <= 0);
@@ -80,8 +79,8 @@ static inline void fuzz_tet10_mesh(const uint8_t* data, size_t size, const char*
         FUZZ_EXPECT(om_tet10_mesh_load(path, frame, 0, &back) == OM_OK);
         FUZZ_EXPECT(back.nnode == mesh.nnode && back.nelem == mesh.nelem);
         FUZZ_EXPECT(memcmp(back.x, mesh.x, 3 * (size_t)mesh.nnode * sizeof(double)) == 0);
-        FUZZ_EXPECT(
-            memcmp(back.elem_node, mesh.elem_node, 10 * (size_t)mesh.nelem * sizeof(int)) == 0);
+        FUZZ_EXPECT(memcmp(back.elem_node, mesh.elem_node, 10 * (size_t)mesh.nelem * sizeof(int)) ==
+                    0);
         om_tet10_mesh_done(&back);
     }
     fuzz_file_done(path);

@@ -160,8 +160,8 @@ typedef struct OmMeshOutput {  // input of a writer
     const OmTetMesh* mesh;     // its tet_vert is not used
     const int* cell_node;      // nodes of the tetrahedra, of ten as in VTK  (ntet x ncell_node)
     int ncell_node;            // 4 or 10
-    OmMeshFrame frame;  // frame of the file; the mesh is already in this space
-    double scale;       // of positions: 1 / unit
+    OmMeshFrame frame;         // frame of the file; the mesh is already in this space
+    double scale;              // of positions: 1 / unit
     const OmMeshArray* array;
     int narray;
 } OmMeshOutput;

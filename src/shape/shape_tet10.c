@@ -46,8 +46,8 @@ OmStatus om_tet10_mesh_from_nodes(const OmTetMesh* fine, const int* node, OmTet1
     }
     OmStatus status = OM_OK;
     for (int s = 0; s < fine->nset && status == OM_OK; s++)
-        status = om_tet_mesh_add_set(&sets, fine->set[s].name, fine->set[s].vert,
-                                     fine->set[s].nvert);
+        status =
+            om_tet_mesh_add_set(&sets, fine->set[s].name, fine->set[s].vert, fine->set[s].nvert);
     mesh->nset = sets.nset;
     mesh->set = sets.set;
     if (status < 0) om_tet10_mesh_done(mesh);
@@ -117,8 +117,8 @@ OmStatus om_tet10_mesh_save_format(const OmTet10Mesh* mesh, const char* path, do
     OM_TRY(om__check_unit(path, unit));
     OM_TRY(om_tet10_mesh_validate(mesh));
     const OmTetMesh nodes = om__tet10_view(mesh);
-    const OmMeshOutput out = {
-        &nodes, mesh->elem_node, 10, {unit, OM_SPACE_RAS}, 1 / unit, array, narray};
+    const OmMeshOutput out = {&nodes,   mesh->elem_node, 10,    {unit, OM_SPACE_RAS},
+                              1 / unit, array,           narray};
     return om__save_mesh(&out, path, format);
 }
 

@@ -245,8 +245,7 @@ static void test_tet10_meshes(void** context) {
         assert_ok(om_fem_mesh_get_tet10(&mesh, moved ? made.x : NULL, &back));
         assert_memory_equal(back.elem_node, ten.elem_node, 10 * (size_t)ten.nelem * sizeof(int));
         assert_memory_equal(back.elem_label, ten.elem_label, (size_t)ten.nelem * sizeof(int));
-        for (int i = 0; i < 3 * ten.nnode; ++i)
-            assert_near(back.x[i], (1 + moved) * ten.x[i], 0);
+        for (int i = 0; i < 3 * ten.nnode; ++i) assert_near(back.x[i], (1 + moved) * ten.x[i], 0);
         om_tet10_mesh_done(&back);
     }
     assert_ok(om_fem_mesh_from_tet(&tet, OM_TET4, &linear));
@@ -288,8 +287,7 @@ static void test_volume_of_a_curved_element(void** context) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tet10_meshes),
-        cmocka_unit_test(test_volume_of_a_curved_element),
+        cmocka_unit_test(test_tet10_meshes), cmocka_unit_test(test_volume_of_a_curved_element),
         cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_patch),
         cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_mass),
         cmocka_unit_test(test_determinism),

@@ -1,6 +1,6 @@
 // Files that lie: each is refused with one sentence that says where, and nothing is left behind.
-#include "shape_file_common.h"
 #include "omentum/shape_tet10.h"
+#include "shape_file_common.h"
 #include "test_alloc.h"
 
 #include <dirent.h>

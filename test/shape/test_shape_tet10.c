@@ -11,15 +11,16 @@ static const double expected[10][3] = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2
                                        {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
 
 // The order of each format: Gmsh's reference manual, "Node ordering", has edge 23 before 13; VTK has 13 before 23.
-#define FIRST_EIGHT(p) \
-    p(1, "0 0 0") p(2, "2 0 0") p(3, "0 2 0") p(4, "0 0 2") p(5, "1 0 0") p(6, "1 1 0") p(7, "0 1 0") p(8, "0 0 1")
+#define FIRST_EIGHT(p)                                                                  \
+    p(1, "0 0 0") p(2, "2 0 0") p(3, "0 2 0") p(4, "0 0 2") p(5, "1 0 0") p(6, "1 1 0") \
+        p(7, "0 1 0") p(8, "0 0 1")
 #define NUMBERED(n, x) #n " " x "\n"
 #define PLAIN(n, x) x "\n"
 #define MSH_NAMES "$PhysicalNames\n2\n2 3 \"attachment\"\n3 7 \"fat\"\n$EndPhysicalNames\n"
-#define MSH22(last)                                                                      \
-    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" MSH_NAMES                                   \
-    "$Nodes\n10\n" FIRST_EIGHT(NUMBERED) last "$EndNodes\n$Elements\n2\n"                \
-    "1 9 2 3 1 1 3 2 7 6 5\n2 11 2 7 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n"
+#define MSH22(last)                                                                              \
+    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" MSH_NAMES "$Nodes\n10\n" FIRST_EIGHT(NUMBERED) last \
+        "$EndNodes\n$Elements\n2\n"                                                              \
+        "1 9 2 3 1 1 3 2 7 6 5\n2 11 2 7 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n"
 #define VTK_HEAD "# vtk DataFile Version 3.0\nUNIT=m\nASCII\nDATASET UNSTRUCTURED_GRID\n"
 #define VTK_CELL "CELLS 1 11\n10 0 1 2 3 4 5 6 7 8 9\nCELL_TYPES 1\n24\n"
 #define MSH_LAST NUMBERED(9, "0 1 1") NUMBERED(10, "1 0 1")
@@ -29,8 +30,8 @@ static const char msh22[] = MSH22(MSH_LAST);
 static const char vtk[] = VTK_HEAD "POINTS 10 double\n" FIRST_EIGHT(PLAIN) VTK_LAST VTK_CELL;
 // nodes of the last two edges exchanged: both edges are then far from straight
 static const char msh_exchanged[] = MSH22(NUMBERED(9, "1 0 1") NUMBERED(10, "0 1 1"));
-static const char vtk_exchanged[] = VTK_HEAD
-    "POINTS 10 double\n" FIRST_EIGHT(PLAIN) PLAIN(9, "0 1 1") PLAIN(10, "1 0 1") VTK_CELL;
+static const char vtk_exchanged[] =
+    VTK_HEAD "POINTS 10 double\n" FIRST_EIGHT(PLAIN) PLAIN(9, "0 1 1") PLAIN(10, "1 0 1") VTK_CELL;
 
 static const char* write_file(const char* name, const char* text) {
     const char* path = temp_path(name);
@@ -127,10 +128,9 @@ static void test_the_tolerance_of_straight_edges(void** unused) {
         assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(2, 2, 2), 1, 1, 1, &tet));
         assert_ok(om_tet10_mesh_from_tet(&tet, &mesh));
         int node = mesh.elem_node[10 * 3 + 4];  // edge 01 of element 3
-        OmVec3 along = om_sub(om_load3(mesh.x, mesh.elem_node[31]),
-                              om_load3(mesh.x, mesh.elem_node[30]));
-        om_store3(mesh.x, node,
-                  om_madd(om_load3(mesh.x, node), side ? 1.01e-3 : 0.99e-3, along));
+        OmVec3 along =
+            om_sub(om_load3(mesh.x, mesh.elem_node[31]), om_load3(mesh.x, mesh.elem_node[30]));
+        om_store3(mesh.x, node, om_madd(om_load3(mesh.x, node), side ? 1.01e-3 : 0.99e-3, along));
         const char* path = temp_path("tolerance.vtu");
         assert_ok(om_tet10_mesh_save(&mesh, path, OM_UNIT_M));
         assert_status(om_tet_mesh_load(path, OM_UNIT_M, &back), side ? OM_INVALID : OM_OK);
@@ -162,8 +162,7 @@ static void assert_same(const OmTet10Mesh* a, const OmTet10Mesh* b) {
     for (int s = 0; s < a->nset; s++) {
         assert_string_equal(a->set[s].name, b->set[s].name);
         assert_int_equal(a->set[s].nvert, b->set[s].nvert);
-        assert_memory_equal(a->set[s].vert, b->set[s].vert,
-                            (size_t)a->set[s].nvert * sizeof(int));
+        assert_memory_equal(a->set[s].vert, b->set[s].vert, (size_t)a->set[s].nvert * sizeof(int));
     }
 }
 
@@ -222,8 +221,7 @@ static void test_written_text(void** unused) {
         const char* path = temp_path(table[i].name);
         char* text;
         size_t size;
-        assert_ok(
-            om_tet10_mesh_save_format(&mesh, path, OM_UNIT_M, table[i].format, NULL, 0));
+        assert_ok(om_tet10_mesh_save_format(&mesh, path, OM_UNIT_M, table[i].format, NULL, 0));
         assert_ok(om_file_read(path, 1 << 20, &text, &size));
         char* copy = om_alloc(size + 1, 1);
         memcpy(copy, text, size);
@@ -239,8 +237,7 @@ static void test_written_text(void** unused) {
         for (int k = 0; k < 4; k++) assert_int_equal(node[k], k);
         const double* p = expected[table[i].edge[0]];
         const double* q = expected[table[i].edge[1]];
-        for (int c = 0; c < 3; c++)
-            assert_near(mesh.x[3 * node[8] + c], 0.5 * (p[c] + q[c]), 0);
+        for (int c = 0; c < 3; c++) assert_near(mesh.x[3 * node[8] + c], 0.5 * (p[c] + q[c]), 0);
         om_free(copy);
         om_free(text);
         remove(path);
