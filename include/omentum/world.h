@@ -165,8 +165,12 @@ typedef struct OmView OmView;
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
+/// The same of a body's own surface, for positions of om_body_x: of quadratic elements with the midpoints of edges.
+/// @param body  its site is borrowed until destroy
+/// @return as om_view_create
+OM_API OmStatus om_view_create_of_body(const OmScene* scene, const OmBody* body, OmView** view);
 OM_API void om_view_destroy(OmView* view);
-/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: without tissue, for the largest
+/// @param x  vertex positions of the site's or the body's mesh, m (nvert x 3); null: without tissue, for the largest
 ///           visibility that a retraction can reach
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);

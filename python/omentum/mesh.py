@@ -134,11 +134,13 @@ class TetMesh:
         return cls._take(raw)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], unit: float = 0.0, space: str = "none", flip: bool = False) -> TetMesh:
-        """Read Gmsh .msh, VTK .vtk or .vtu. Arguments as of Surface.load; flip turns inverted elements around."""
+    def load(cls, path: str | os.PathLike[str], unit: float = 0.0, space: str = "none", flip: bool = False,
+             straighten: bool = False) -> TetMesh:
+        """Read Gmsh .msh, VTK .vtk or .vtu. Arguments as of Surface.load; flip turns inverted elements around. Of tetrahedra
+        of ten nodes the vertices are read; straighten: also where edges are curved."""
         raw, frame = c.OmTetMesh(), c.OmMeshFrame(unit=unit)
         frame.space = space
-        flags = c.OM_MESH_FLIP if flip else 0
+        flags = (c.OM_MESH_FLIP if flip else 0) | (c.OM_MESH_STRAIGHTEN if straighten else 0)
         lib.om_tet_mesh_load_frame(path_of(path), frame, flags, ctypes.byref(raw), None)
         return cls._take(raw)
 

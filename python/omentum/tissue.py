@@ -2,13 +2,15 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from typing import Any
 
 import numpy as np
 
 from . import _capi as c
 from ._convert import array_of, find_enum, index_array
-from ._lib import Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, pose, view
+from ._lib import (Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, path_of,
+                   pose, view)
 from .engine import Engine
 from .mesh import TetMesh
 from .patient import Patient
@@ -109,7 +111,9 @@ class Tissue(Owner):
         self._setup(mesh, arguments, model)
 
     def _setup(self, mesh: TetMesh, arguments: dict[str, Any], model: Handle) -> None:
-        self._arguments, self._model, self._mesh = arguments, model, mesh
+        self._arguments, self._model, self._given, self._mesh = arguments, model, mesh, mesh
+        if lib.om_tissue_mesh(model.address).contents.nvert != len(mesh.x):  # with midpoints
+            self._mesh = TetMesh._copy(lib.om_tissue_mesh(model.address).contents)
         self._handle = Handle(create(lib.om_tissue_state_create, model.address), lib.om_tissue_state_destroy, model)
         self._work = Handle(create(lib.om_tissue_work_create, model.address), lib.om_tissue_work_destroy, model)
         self._busy = Busy("Tissue")
@@ -122,7 +126,7 @@ class Tissue(Owner):
         twin = Tissue.__new__(Tissue)
         with self._busy:
             state = self._snapshot()
-        twin._setup(self._mesh, self._arguments, self._model)
+        twin._setup(self._given, self._arguments, self._model)
         twin.restore(state)
         return twin
 
@@ -135,8 +139,23 @@ class Tissue(Owner):
 
     @property
     def mesh(self) -> TetMesh:
-        """The mesh at rest."""
+        """The mesh at rest. With element="quadratic" midpoints of edges follow the vertices of the given mesh, and each
+        of its tetrahedra is eight: arrays of vertices and elements are of this mesh."""
         return self._mesh
+
+    def save(self, path: str | os.PathLike[str], unit: float = 1.0) -> None:
+        """Write the present shape (.vtu, .vtk, .msh) with labels and sets: tetrahedra of four nodes, or of ten with
+        element="quadratic". unit: m per unit of the file."""
+        with self._busy:
+            if self._mesh is self._given:
+                TetMesh(self.x.copy(), self._mesh.tet, self._mesh.label, self._mesh.sets).save(path, unit)
+                return
+            raw = c.OmTet10Mesh()
+            lib.om_tissue_make_tet10(self._model_c, self._x.ctypes.data, ctypes.byref(raw))
+            try:
+                lib.om_tet10_mesh_save(ctypes.byref(raw), path_of(path), unit)
+            finally:
+                lib.om_tet10_mesh_done(ctypes.byref(raw))
 
     @property
     def x(self) -> np.ndarray:
@@ -330,7 +349,7 @@ class Tissue(Owner):
             ctypes.memmove(self._c, snapshot, size)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"mesh": self._mesh, "arguments": self._arguments, "snapshot": self.snapshot()}
+        return {"mesh": self._given, "arguments": self._arguments, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         arguments = dict(state["arguments"])

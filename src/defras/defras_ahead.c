@@ -75,7 +75,7 @@ OmStatus om_ahead_create(const OmAheadDef* def, const OmBody* twin, OmAhead** ou
     OmAhead* a = om_calloc(1, sizeof *a);
     if (!a) return OM_NO_MEMORY;
     const size_t size = om_body_state_size(twin);
-    OmStatus status = om_view_create(def->scene, def->site, &a->attempt.view);
+    OmStatus status = om_view_create_of_body(def->scene, twin, &a->attempt.view);
     a->def = *def;
     a->now = om_alloc(1, size);
     a->released = om_alloc(1, size);

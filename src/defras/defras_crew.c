@@ -27,7 +27,7 @@ static OmStatus worker_create(const Crew* c, Worker* w) {
     Attempt* a = &w->attempt;
     OM_TRY(om_body_work_create(c->model, &w->work));
     OM_TRY(om_body_create_shared(c->model, w->work, &a->body));
-    OM_TRY(om_view_create(scene, &c->site, &a->view));
+    OM_TRY(om_view_create_of_body(scene, a->body, &a->view));
     a->lifted = om_alloc(1, om_body_state_size(a->body));
     if (!a->lifted) return OM_NO_MEMORY;
     a->task = &scene->task;

@@ -9,7 +9,7 @@
 #include "base/base_grow.h"
 #include "defras/defras_record.h"
 #include "omentum/match_acquisition.h"
-#include "omentum/shape_file.h"
+#include "omentum/shape_tet10.h"
 
 #define RECORD_EVERY 5  // ticks between steps of the recording
 
@@ -30,38 +30,52 @@ OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene,
 // ---- the recorded mesh ------------------------------------------------------------------------------------
 
 // Vertices above the ROI, ascending. @return their number
-static int find_above_roi(const OmSite* site, double radius, int* list) {
+static int find_above_roi(const OmSite* site, const OmTetMesh* mesh, double radius, int* list) {
     int n = 0;
     OmPose task = om_pose_inverse(site->pose_world_task);
     OmVec3 c = om_pose_apply(task, site->roi_center);
-    for (int v = 0; v < site->mesh.nvert; ++v) {
-        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, v));
+    for (int v = 0; v < mesh->nvert; ++v) {
+        OmVec3 p = om_pose_apply(task, om_load3(mesh->x, v));
         if (hypot(p.x - c.x, p.y - c.y) <= radius) list[n++] = v;
     }
     return n;
 }
 
-// The recorded mesh: that of the site with one more set, the vertices above the ROI.
+// The recorded mesh: that of the tissue with one more set, the vertices above the ROI.
 typedef struct MarkedMesh {
-    OmTetMesh mesh;  // borrows the arrays of the site's mesh, but for `set`
+    OmTetMesh mesh;   // borrows the arrays of the tissue's mesh, but for `set`
+    OmTet10Mesh ten;  // its quadratic elements, with `set`; empty if they are linear
+    int ncell;
     OmMeshSet* set;
     int* above;
 } MarkedMesh;
 
-static OmStatus mark_mesh(const OmSite* site, double radius, MarkedMesh* marked) {
-    *marked = (MarkedMesh){.mesh = site->mesh};
-    const int nset = site->mesh.nset;
-    OM_ALLOC(marked->above, (size_t)site->mesh.nvert);
+static OmStatus mark_mesh(const OmBody* body, double radius, MarkedMesh* marked) {
+    const OmTissueModel* tissue = om_body_tissue(body);
+    const OmTetMesh* mesh = om_tissue_mesh(tissue);
+    *marked = (MarkedMesh){.mesh = *mesh, .ncell = mesh->ntet};
+    const int nset = mesh->nset;
+    OM_ALLOC(marked->above, (size_t)mesh->nvert);
     OM_ALLOC(marked->set, (size_t)nset + 1);
-    for (int i = 0; i < nset; ++i) marked->set[i] = site->mesh.set[i];
-    marked->set[nset] =
-        (OmMeshSet){"roi", find_above_roi(site, radius, marked->above), marked->above};
+    for (int i = 0; i < nset; ++i) marked->set[i] = mesh->set[i];
+    const int nabove = find_above_roi(om_body_site(body), mesh, radius, marked->above);
+    marked->set[nset] = (OmMeshSet){"roi", nabove, marked->above};
     marked->mesh.set = marked->set;
     marked->mesh.nset = nset + 1;
-    return OM_OK;
+    if (mesh->nvert == om_tissue_corner_count(tissue)) return OM_OK;
+    OmTetMesh more = {.nvert = mesh->nvert};
+    OM_TRY(om_tissue_make_tet10(tissue, NULL, &marked->ten));
+    marked->ncell = marked->ten.nelem;
+    more.nset = marked->ten.nset;
+    more.set = marked->ten.set;
+    OmStatus status = om_tet_mesh_add_set(&more, "roi", marked->above, nabove);
+    marked->ten.nset = more.nset;
+    marked->ten.set = more.set;
+    return status;
 }
 
 static void marked_mesh_done(MarkedMesh* marked) {
+    om_tet10_mesh_done(&marked->ten);
     om_free(marked->above);
     om_free(marked->set);
 }
@@ -88,7 +102,7 @@ static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SU
 static void get_positions(const OmRecorder* rec, double* x) {
     OmRecordedSurface surface[MAX_SURFACE];
     const int n = find_surfaces(rec, surface);
-    size_t at = 3 * (size_t)om_body_site(rec->shown)->mesh.nvert;
+    size_t at = 3 * (size_t)om_tissue_mesh(om_body_tissue(rec->shown))->nvert;
     memcpy(x, om_body_x(rec->shown), at * sizeof *x);
     for (int k = 0; k < n; ++k) {
         const size_t size = 3 * (size_t)surface[k].surface->nvert;
@@ -97,11 +111,11 @@ static void get_positions(const OmRecorder* rec, double* x) {
     }
 }
 
-static OmStatus begin_recording(OmRecorder* rec, const OmTetMesh* mesh, const char* path) {
+static OmStatus begin_recording(OmRecorder* rec, const MarkedMesh* marked, const char* path) {
     OmRecordedSurface surface[MAX_SURFACE];
     const int nsurface = find_surfaces(rec, surface);
-    rec->nvert = mesh->nvert;
-    rec->ncell = mesh->ntet;
+    rec->nvert = marked->mesh.nvert;
+    rec->ncell = marked->ncell;
     for (int k = 0; k < nsurface; ++k) {
         rec->nvert += surface[k].surface->nvert;
         rec->ncell += surface[k].surface->ntri;
@@ -110,7 +124,7 @@ static OmStatus begin_recording(OmRecorder* rec, const OmTetMesh* mesh, const ch
     rec->x = om_calloc(n, sizeof *rec->x);
     rec->x_begin = om_calloc(n, sizeof *rec->x_begin);
     rec->displacement = om_calloc(n, sizeof *rec->displacement);
-    rec->force = om_calloc(n, sizeof *rec->force);  // 0 on surfaces, as is the stress
+    rec->force = om_calloc(n, sizeof *rec->force);  // 0 on surfaces, as is the stress, and on midpoints
     rec->von_mises = om_calloc((size_t)rec->ncell, sizeof *rec->von_mises);
     if (!rec->x || !rec->x_begin || !rec->displacement || !rec->force || !rec->von_mises)
         return OM_NO_MEMORY;
@@ -126,7 +140,10 @@ static OmStatus begin_recording(OmRecorder* rec, const OmTetMesh* mesh, const ch
                                  {"force_N", OM_ARRAY_DOUBLE, 3, false, NULL},
                                  {"von_mises_Pa", OM_ARRAY_DOUBLE, 1, true, NULL}};
     const OmRecordingArrays arrays = {array, rec->von_mises ? 3 : 2};
-    return om_recording_begin_scene(path, mesh, "tissue", surface, nsurface, &arrays,
+    if (marked->ten.nelem > 0)
+        return om_recording_begin_tet10(path, &marked->ten, "tissue", surface, nsurface, &arrays,
+                                        &rec->recording);
+    return om_recording_begin_scene(path, &marked->mesh, "tissue", surface, nsurface, &arrays,
                                     &rec->recording);
 }
 
@@ -157,9 +174,9 @@ OmStatus om_recorder_create(const OmRecorderDef* def, OmRecorder** recorder) {
     if (status < 0) goto done;
     if (def->has_recording) {
         char path[1200];
-        OM_TRY_DONE(mark_mesh(om_body_site(rec->shown), def->scene->roi.radius, &marked));
+        OM_TRY_DONE(mark_mesh(rec->shown, def->scene->roi.radius, &marked));
         OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
-        OM_TRY_DONE(begin_recording(rec, &marked.mesh, path));
+        OM_TRY_DONE(begin_recording(rec, &marked, path));
     }
     *recorder = rec;
     rec = NULL;

@@ -6,7 +6,7 @@
 #include "omentum/defras_recorder.h"
 #include "omentum/image.h"
 #include "omentum/report.h"
-#include "omentum/shape_file.h"
+#include "omentum/shape_tet10.h"
 
 typedef struct Frame {
     OmPicture picture;

@@ -22,7 +22,7 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
     if (role != OM_SITE_TWIN) OM_TRY_DONE(om_site_build(&t->scene, OM_SITE_TWIN, NULL, &twin));
     OM_TRY_DONE(om__grid_build(&t->scene.task, role == OM_SITE_TWIN ? &t->site : &twin, &t->grid));
     OM_TRY_DONE(om_body_create(&t->scene, &t->site, nworker, &t->body));
-    OM_TRY_DONE(om_view_create(&t->scene, &t->site, &t->view));
+    OM_TRY_DONE(om_view_create_of_body(&t->scene, t->body, &t->view));
     OM_TRY_DONE(om_body_settle(t->body, t->scene.task.time_step, SETTLE_SPEED, SETTLE_TIME));
     t->rest = om_alloc(1, om_body_state_size(t->body));
     OM_CHECK_DONE(t->rest, OM_NO_MEMORY, "out of memory for a snapshot");

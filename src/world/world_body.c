@@ -188,6 +188,7 @@ OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
 const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(b->model->tissue); }
+const OmTissueModel* om_body_tissue(const OmBody* b) { return b->model->tissue; }
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 

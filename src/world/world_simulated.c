@@ -225,7 +225,8 @@ static OmStatus add_tool(OmSenseScene* sense, Tool* tool) {
 static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
-    OM_TRY(om_tet_mesh_boundary(&site->mesh, &w->tissue, &w->tissue_vert));
+    const OmTetMesh* mesh = om_tissue_mesh(om_body_tissue(w->body));
+    OM_TRY(om_tet_mesh_boundary(mesh, &w->tissue, &w->tissue_vert));
     OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));

@@ -61,7 +61,21 @@ OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view)
     return om__view_create(&camera, site, view);
 }
 
+static OmStatus create_view(const OmCamera* camera, const OmSite* site, const OmTetMesh* mesh,
+                            OmView** view);
+
+OmStatus om_view_create_of_body(const OmScene* scene, const OmBody* body, OmView** view) {
+    const OmSite* site = om_body_site(body);
+    OmCamera camera = om__world_camera(site, &scene->endoscope, -1);
+    return create_view(&camera, site, om_tissue_mesh(om_body_tissue(body)), view);
+}
+
 OmStatus om__view_create(const OmCamera* camera, const OmSite* site, OmView** view) {
+    return create_view(camera, site, &site->mesh, view);
+}
+
+static OmStatus create_view(const OmCamera* camera, const OmSite* site, const OmTetMesh* mesh,
+                            OmView** view) {
     *view = NULL;
     OmView* v = om_calloc(1, sizeof *v);
     if (!v) return OM_NO_MEMORY;
@@ -69,7 +83,7 @@ OmStatus om__view_create(const OmCamera* camera, const OmSite* site, OmView** vi
     v->camera = *camera;
     OmSenseLook look = {.red = 1};
     OmStatus status = om_sense_scene_create(&v->sense);
-    if (status == OM_OK) status = om_tet_mesh_boundary(&site->mesh, &v->tissue, &v->tissue_vert);
+    if (status == OM_OK) status = om_tet_mesh_boundary(mesh, &v->tissue, &v->tissue_vert);
     if (status == OM_OK) status = om_sense_scene_add(v->sense, &v->tissue, &look, &v->tissue_id);
     if (status == OM_OK) status = om__world_add_anatomy(site, v->sense, &v->roi_id);
     if (status < 0)
