@@ -84,6 +84,9 @@ def find_enum(kind: type[IntEnum], value: Any) -> int:
     if isinstance(value, str):
         name = value.upper().replace("-", "_").replace(" ", "_")
         names = {m.name: m for m in kind}
+        ends = [n for n in names if n.endswith("_" + name)]  # "quadratic" of ELEMENT_QUADRATIC
+        if name not in names and len(ends) == 1:
+            name = ends[0]
         if name not in names:
             raise ValueError(unknown(kind.__name__, "member", value, [n.lower() for n in names]))
         return int(names[name])

@@ -11,6 +11,7 @@ from . import _capi as c
 from ._convert import array_of
 from ._lib import Handle, Owner, create, hdf5, lib, path_of
 from .mesh import TetMesh
+from .tissue import Tissue
 
 
 class Recorder(Owner):
@@ -19,21 +20,38 @@ class Recorder(Owner):
         with Recorder("lift.vtkhdf", tissue.mesh, cell={"von_mises": 1}) as recorder:
             recorder.add(tissue.time, tissue.x, von_mises=tissue.measure())
 
-    The file appears at the end of the `with` block, or by end(); after an exception nothing is left.
+    The file appears at the end of the `with` block, or by end(); after an exception nothing is left. In place of the mesh
+    a Tissue may be given: of element="quadratic" the recording then has tetrahedra of ten nodes, not eight linear ones for
+    each, and of the values of these eight, as Tissue.measure() has them, the mean.
     """
 
-    def __init__(self, path: str | os.PathLike[str], mesh: TetMesh, point: dict[str, int] | None = None,
+    def __init__(self, path: str | os.PathLike[str], mesh: TetMesh | Tissue, point: dict[str, int] | None = None,
                  cell: dict[str, int] | None = None) -> None:
         """point, cell: names and numbers of components of arrays on vertices and on elements that each step brings."""
+        ten = None
+        if isinstance(mesh, Tissue):
+            ten, mesh = mesh._make_tet10(), mesh.mesh
+        ncell = ten.nelem if ten else len(mesh.tet)
+        self._cells = set(cell or {}) if ten else set()  # of eight parts each
         self._shapes = {name: (len(mesh.x), n) for name, n in (point or {}).items()}
-        self._shapes.update({name: (len(mesh.tet), n) for name, n in (cell or {}).items()})
+        self._shapes.update({name: (ncell, n) for name, n in (cell or {}).items()})
         arrays = (c.OmMeshArray * max(1, len(self._shapes)))()
         for raw, (name, shape) in zip(arrays, self._shapes.items()):
             raw.name, raw.ncomp, raw.is_cell = name.encode(), shape[1], name in (cell or {})
             raw.type = int(c.OmArrayType.DOUBLE)
         self._nvert = len(mesh.x)
-        with hdf5:
-            address = create(lib.om_recording_begin, path_of(path), ctypes.byref(mesh._as_c()), arrays, len(self._shapes))
+        try:
+            with hdf5:
+                if ten:
+                    both = c.OmRecordingArrays(array=arrays, narray=len(self._shapes))
+                    address = create(lib.om_recording_begin_tet10, path_of(path), ctypes.byref(ten), b"mesh", None, 0,
+                                     ctypes.byref(both))
+                else:
+                    address = create(lib.om_recording_begin, path_of(path), ctypes.byref(mesh._as_c()), arrays,
+                                     len(self._shapes))
+        finally:
+            if ten:
+                lib.om_tet10_mesh_done(ctypes.byref(ten))
         self._handle = Handle(address, lib.om_recording_abort)
 
     def add(self, time: float, x: Any, **values: Any) -> None:
@@ -41,6 +59,10 @@ class Recorder(Owner):
         if set(values) != set(self._shapes):
             raise ValueError(f"a step brings the arrays {sorted(self._shapes)}, not {sorted(values)}")
         x = array_of(x, np.float64, (self._nvert, 3), "x")
+        for name in self._cells:
+            n, ncomp = self._shapes[name]
+            if np.size(values[name]) == 8 * n * ncomp:
+                values[name] = np.reshape(values[name], (n, 8, ncomp)).mean(axis=1)
         arrays = [array_of(np.reshape(values[n], (-1, shape[1])), np.float64, shape, n) for n, shape in self._shapes.items()]
         pointers = (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
         with hdf5:
@@ -101,7 +123,7 @@ class Recording:
 
     @property
     def cells(self) -> list[np.ndarray]:
-        """Vertices of each cell: 4 of a tetrahedron, 3 of a triangle."""
+        """Nodes of each cell: 4 or 10 of a tetrahedron, 3 of a triangle."""
         ends = self._root["Offsets"][()]
         return np.split(self._root["Connectivity"][()][:ends[self.ncell]], ends[1:self.ncell])
 

@@ -117,7 +117,7 @@ class Tissue(Owner):
         self._handle = Handle(create(lib.om_tissue_state_create, model.address), lib.om_tissue_state_destroy, model)
         self._work = Handle(create(lib.om_tissue_work_create, model.address), lib.om_tissue_work_destroy, model)
         self._busy = Busy("Tissue")
-        shape = (len(mesh.x), 3)
+        shape = (len(self._mesh.x), 3)
         self._x = view(self._handle, lib.om_tissue_x(self._c), np.float64, shape)
         self._v = view(self._handle, lib.om_tissue_v(self._c), np.float64, shape)
 
@@ -143,6 +143,15 @@ class Tissue(Owner):
         of its tetrahedra is eight: arrays of vertices and elements are of this mesh."""
         return self._mesh
 
+    def _make_tet10(self) -> Any:
+        """Quadratic elements in their present shape, to be freed with om_tet10_mesh_done; None of linear elements."""
+        self._c
+        if self._mesh is self._given:
+            return None
+        raw = c.OmTet10Mesh()
+        lib.om_tissue_make_tet10(self._model_c, self._x.ctypes.data, ctypes.byref(raw))
+        return raw
+
     def save(self, path: str | os.PathLike[str], unit: float = 1.0) -> None:
         """Write the present shape (.vtu, .vtk, .msh) with labels and sets: tetrahedra of four nodes, or of ten with
         element="quadratic". unit: m per unit of the file."""
@@ -150,8 +159,7 @@ class Tissue(Owner):
             if self._mesh is self._given:
                 TetMesh(self.x.copy(), self._mesh.tet, self._mesh.label, self._mesh.sets).save(path, unit)
                 return
-            raw = c.OmTet10Mesh()
-            lib.om_tissue_make_tet10(self._model_c, self._x.ctypes.data, ctypes.byref(raw))
+            raw = self._make_tet10()
             try:
                 lib.om_tet10_mesh_save(ctypes.byref(raw), path_of(path), unit)
             finally:

@@ -1,4 +1,6 @@
 """Probes, calibration and recordings: against balance of forces, a known answer, and the file itself."""
+import pickle
+
 import numpy as np
 import pytest
 
@@ -113,6 +115,46 @@ def test_a_recording_appears_whole_or_not_at_all(box, tmp_path, alive):
             recorder.add(0.1, box.x, a=np.zeros(len(box.tet)))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.vtkhdf", "wrong.vtkhdf"]
     del recorder
+    assert alive() == 0
+
+
+def test_a_recording_of_quadratic_elements(box, tmp_path, alive):
+    h5py = pytest.importorskip("h5py")
+    tissue = om.Tissue(box, element="quadratic")
+    ends = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]  # of the nodes on edges, in VTK's order
+    with om.Recorder(tmp_path / "ten.vtkhdf", tissue, cell={"von_mises": 1}) as recorder:
+        recorder.add(0, tissue.x, von_mises=np.arange(8.0 * len(box.tet)))
+        tissue.step()
+        recorder.add(tissue.time, tissue.x, von_mises=tissue.measure())
+    del recorder
+    recording = om.Recording(tmp_path / "ten.vtkhdf")
+    with h5py.File(tmp_path / "ten.vtkhdf") as file:
+        assert set(file["VTKHDF/Types"][()]) == {24}  # VTK_QUADRATIC_TETRA
+    cells, x = np.array(recording.cells), recording.x(0)
+    assert cells.shape == (len(box.tet), 10) and np.array_equal(cells[:, :4], box.tet)
+    assert len(x) == len(tissue.x) == len(tissue.mesh.x) > len(box.x)
+    for k, (a, b) in enumerate(ends):
+        assert x[cells[:, 4 + k]] == pytest.approx((x[cells[:, a]] + x[cells[:, b]]) / 2, abs=1e-7)
+    assert recording.array("von_mises", 0).ravel() == pytest.approx(np.arange(len(box.tet)) * 8 + 3.5)
+    assert recording.x(1) == pytest.approx(tissue.x, abs=1e-7)
+    recording.close()
+    for name in ("ten.vtu", "ten.vtk", "ten.msh"):
+        tissue.reset()
+        tissue.save(tmp_path / name)
+        back = om.TetMesh.load(tmp_path / name, unit=1)
+        assert np.array_equal(back.tet, box.tet) and np.array_equal(back.x, box.x)
+        assert set(back.sets) == set(box.sets)
+    moved = tissue.x.copy()
+    moved[len(box.x):, 2] += 0.002
+    tissue.set_x(moved)
+    tissue.save(tmp_path / "bent.msh")
+    with pytest.raises(om.Invalid, match="tetrahedron 1 is curved"):
+        om.TetMesh.load(tmp_path / "bent.msh", unit=1)
+    assert np.array_equal(om.TetMesh.load(tmp_path / "bent.msh", unit=1, straighten=True).x, box.x)
+    assert tissue.measure().shape == (8 * len(box.tet),) and tissue.internal_force().shape == tissue.x.shape
+    twin = tissue.copy()
+    assert twin.hash == tissue.hash and pickle.loads(pickle.dumps(tissue)).hash == tissue.hash
+    del tissue, twin
     assert alive() == 0
 
 

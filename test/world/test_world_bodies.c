@@ -2,6 +2,7 @@
 #include "test_alloc.h"
 
 #include "omentum/body.h"
+#include "omentum/world.h"
 
 enum { NBODY = 12, NSTEP = 12, MAX_WORK = 4 };
 
@@ -212,9 +213,44 @@ static void test_quadratic_body(void** state) {
     om_site_done(&site);
 }
 
+// The view of a body has the surface of its own mesh: midpoints alone, left over the ROI where the vertices are a metre
+// away, hide a part of it from this view and nothing from the view of the site.
+static void test_view_of_midpoints(void** state) {
+    (void)state;
+    OmScene scene = sheet("fem");
+    scene.tissue.element = OM_ELEMENT_QUADRATIC;
+    OmSite site;
+    OmBody* body;
+    OmView* view[2];
+    OmVisibility v[2], bare;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    assert_ok(om_view_create(&scene, &site, &view[0]));
+    assert_ok(om_view_create_of_body(&scene, body, &view[1]));
+    const OmTetMesh* mesh = om_tissue_mesh(om_body_tissue(body));
+    assert_true(mesh->nvert > site.mesh.nvert);
+    double* x = om_alloc(3 * (size_t)mesh->nvert, sizeof *x);
+    memcpy(x, mesh->x, 3 * (size_t)mesh->nvert * sizeof *x);
+    for (int k = 0; k < 2; ++k) {  // at rest both hide the same
+        assert_ok(om_view_look(view[k], NULL, &bare));
+        assert_ok(om_view_look(view[k], x, &v[k]));
+        assert_true(v[k].nseen < bare.nseen);
+    }
+    assert_int_equal(v[0].nseen, v[1].nseen);
+    for (int i = 0; i < site.mesh.nvert; ++i) x[3 * i + 2] -= 1;  // below the board
+    for (int k = 0; k < 2; ++k) assert_ok(om_view_look(view[k], x, &v[k]));
+    assert_int_equal(v[0].nseen, bare.nseen);
+    assert_true(v[1].nseen < bare.nseen);
+    om_free(x);
+    for (int k = 0; k < 2; ++k) om_view_destroy(view[k]);
+    om_body_destroy(body);
+    om_site_done(&site);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_parallel_is_alone), cmocka_unit_test(test_quadratic_body),
+        cmocka_unit_test(test_view_of_midpoints),
         cmocka_unit_test(test_memory), cmocka_unit_test(test_failing_allocations_leak_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
