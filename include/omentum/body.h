@@ -121,8 +121,8 @@ OM_API void om_body_destroy(OmBody* body);
 /// The engine that computes the body; om_engine_capabilities says what it can do.
 OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
 /// The model of its tissue, until om_body_set_young or destroy. om_tissue_mesh of it has a vertex for each position of
-/// om_body_x: those of the site's mesh, then, of quadratic elements, the midpoints of edges. Pictures and recordings show
-/// this mesh.
+/// om_body_x: those of the site's mesh, then, of quadratic elements, the midpoints of edges. Pictures and recordings
+/// show this mesh.
 OM_API const OmTissueModel* om_body_tissue(const OmBody* body);
 /// Back to the rest shape and the attachments of the model, at time 0; nothing is grasped.
 OM_API void om_body_reset(OmBody* body);
