@@ -221,6 +221,27 @@ def test_a_run_writes_its_record(tmp_path):
         om.retract(scene, progress=lambda *_: False)
 
 
+def test_a_run_of_quadratic_tissue_records_all_nodes(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    scene = make_scene()
+    scene.tissue.element = 1  # OM_ELEMENT_QUADRATIC
+    om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(30))
+    recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
+    nx, ny, nz = (int(n) for n in scene.tissue.world_cells)
+    tets = [cell for cell in recording.cells if len(cell) == 10]
+    nodes = np.unique(np.concatenate(tets))
+    assert len(tets) == 6 * nx * ny * nz
+    assert len(nodes) == (2 * nx + 1) * (2 * ny + 1) * (2 * nz + 1)  # a grid of half the cells
+    with h5py.File(tmp_path / "run" / "run.vtkhdf") as file:
+        types = file["VTKHDF/Types"][()]
+    assert (types == 24).sum() == len(tets) and set(types) == {5, 24}  # VTK_QUADRATIC_TETRA, VTK_TRIANGLE
+    x, moved = recording.x(0), recording.array("displacement_m", -1)
+    middle = np.array([x[cell[4]] - (x[cell[0]] + x[cell[1]]) / 2 for cell in tets])
+    assert np.abs(middle).max() < 0.002 and np.isfinite(moved).all()  # hardly bent at first
+    assert recording.array("roi", 0)[nodes].sum() > 10 and recording.array("attachment", 0)[len(nodes):].sum() == 0
+    recording.close()
+
+
 def test_a_recorded_world_is_replayed(tmp_path):
     inner = om.SimulatedWorld(make_scene())
     recorded = om.RecordedWorld(inner, tmp_path / "world.log")
