@@ -221,6 +221,36 @@ static OmVec3 point_of(const Table* t, int pixel) {
     return om_madd(t->camera.pose_world_camera.p, (double)t->depth[pixel] / om_dot(ray, axis), ray);
 }
 
+// A twin of quadratic elements: with its own mesh in the definition the monitor sees midpoints 4 mm above the sheet, with
+// the mesh of the site the vertices alone, which are where the picture has them.
+static void midpoints_of_the_twin_count(void** state) {
+    (void)state;
+    Table t;
+    OmTetMesh fine;
+    OmMonitorFrame f[2];
+    table_create(&t);
+    assert_ok(om_tet_mesh_copy(&t.site.mesh, &fine));
+    assert_ok(om_tet_mesh_refine(&fine));
+    free(t.x);
+    t.x = malloc(3 * (size_t)fine.nvert * sizeof *t.x);
+    memcpy(t.x, fine.x, 3 * (size_t)fine.nvert * sizeof *t.x);
+    table_see_moved(&t, 0);
+    OmMonitor* plain = t.monitor;
+    t.def.mesh = &fine;
+    assert_ok(om_monitor_create(&t.def, &t.monitor));
+    for (int raised = 0; raised < 2; ++raised) {
+        for (int i = t.site.mesh.nvert; raised && i < fine.nvert; ++i) t.x[3 * i + 2] += 0.004;
+        f[0] = table_frame(&t, true);
+        assert_ok(om_monitor_frame(plain, &t.obs, t.x, true, &f[1]));
+        assert_below(f[1].distance, 1e-5);
+        if (!raised) assert_below(f[0].distance, 1e-5);
+    }
+    assert_true(f[0].distance > 0.001 && f[0].distance < 0.004);
+    om_monitor_destroy(plain);
+    om_tet_mesh_done(&fine);
+    table_destroy(&t);
+}
+
 // A sheet seen 5 mm too low lies where the twin's underside is: the underside must not count.
 static void a_shift_after_the_grasp_is_its_state(void** state) {
     (void)state;
@@ -888,6 +918,7 @@ int main(void) {
         cmocka_unit_test(an_error_of_the_tools_gives_no_warning),
         cmocka_unit_test(the_distance_is_that_of_brute_force),
         cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(midpoints_of_the_twin_count),
         cmocka_unit_test(wrong_input_is_refused),
         cmocka_unit_test(a_shift_after_the_grasp_is_its_state),
         cmocka_unit_test(nothing_seen_changes_nothing),
