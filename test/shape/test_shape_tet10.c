@@ -146,6 +146,7 @@ static void make_curved(OmTet10Mesh* mesh) {
     OmTetMesh tet;
     make_mesh(&tet);
     assert_ok(om_tet10_mesh_from_tet(&tet, mesh));
+    assert_memory_equal(mesh->elem_label, tet.tet_label, (size_t)tet.ntet * sizeof(int));
     OmRng rng = om_rng_init(5, 0);
     for (int i = 3 * tet.nvert; i < 3 * mesh->nnode; i++)
         mesh->x[i] += om_rng_range(&rng, -0.02, 0.02);
