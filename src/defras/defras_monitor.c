@@ -127,8 +127,8 @@ static void keep_rest(OmMonitor* m) {
 static OmStatus build_scene(OmMonitor* m) {
     const OmSite* site = m->def.space.site;
     OM_TRY(om_sense_scene_create(&m->sense));
-    OM_TRY(om_tet_mesh_boundary(m->def.mesh ? m->def.mesh : &site->mesh, &m->tissue,
-                                &m->tissue_vert));
+    OM_TRY(
+        om_tet_mesh_boundary(m->def.mesh ? m->def.mesh : &site->mesh, &m->tissue, &m->tissue_vert));
     OM_TRY(om_surface_tree_create(&m->tissue, &m->tree));
     OM_TRY(om_surface_tree_create(&m->tissue, &m->rest_tree));
     OM_ALLOC(m->rest_x, 3 * (size_t)m->tissue.nvert);

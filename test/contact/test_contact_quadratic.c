@@ -47,9 +47,10 @@ static void press_flat(OmPressMethod method, int ntri, OmTissueElement element) 
         lowest = fmin(lowest, mises[e] / stress);
         highest = fmax(highest, mises[e] / stress);
     }
-    printf("method %d, %s: F / A is %.4f of E times the strain; stress of elements %.5f to %.5f of it\n",
-           (int)method, om_tissue_element_name(element), stress / (young * depth / height), lowest,
-           highest);
+    printf(
+        "method %d, %s: F / A is %.4f of E times the strain; stress of elements %.5f to %.5f of it\n",
+        (int)method, om_tissue_element_name(element), stress / (young * depth / height), lowest,
+        highest);
     assert_near_rel(lowest, 1, 0.01);
     assert_near_rel(highest, 1, 0.01);
     assert_near_rel(stress, young * depth / height, 0.03);  // less the springs of contact
@@ -60,14 +61,13 @@ static void press_flat(OmPressMethod method, int ntri, OmTissueElement element) 
 static void test_flat_press(void** context) {
     (void)context;
     const OmPressMethod method[] = {OM_PRESS_PENALTY, OM_PRESS_MULTIPLIERS, OM_PRESS_PRESCRIBED};
-    for (int k = 0; k < 6; ++k)
-        press_flat(method[k % 3], k < 3 ? 0 : 1004, OM_ELEMENT_QUADRATIC);
+    for (int k = 0; k < 6; ++k) press_flat(method[k % 3], k < 3 ? 0 : 1004, OM_ELEMENT_QUADRATIC);
 }
 
 typedef struct Slid {
     double friction;  // half the difference of the ratios of force aside and up, there and back
     double up;        // N, mean
-    double bound;     // the largest tangential force of a point over friction times its normal force
+    double bound;  // the largest tangential force of a point over friction times its normal force
 } Slid;
 
 // A sphere 3 mm deep slides 18 mm there and back. The places that count are as long as a side of a quadratic element's

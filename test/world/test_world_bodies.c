@@ -250,7 +250,7 @@ static void test_view_of_midpoints(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_parallel_is_alone), cmocka_unit_test(test_quadratic_body),
-        cmocka_unit_test(test_view_of_midpoints),
-        cmocka_unit_test(test_memory), cmocka_unit_test(test_failing_allocations_leak_nothing)};
+        cmocka_unit_test(test_view_of_midpoints), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_failing_allocations_leak_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
