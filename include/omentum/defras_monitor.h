@@ -40,8 +40,8 @@ typedef struct OmMonitorDef {
     OmCloudDef space;     // its arms are copied, its site is borrowed
     bool use_color;       // default true; a picture without colour is segmented by space alone
     OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
-    const OmTetMesh*
-        mesh;        // of the twin's positions, om_tissue_mesh; null, the default: that of the site
+    // Of the twin's positions: om_tissue_mesh of its model. Null, the default: that of the site. Borrowed until create.
+    const OmTetMesh* mesh;
     int nray;        // of the simulated camera, 256 to 2^20; default 4096
     double max_age;  // s, above 0: an older picture is stale; default 0.2
 } OmMonitorDef;

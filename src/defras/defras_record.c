@@ -124,8 +124,7 @@ static OmStatus begin_recording(OmRecorder* rec, const MarkedMesh* marked, const
     rec->x = om_calloc(n, sizeof *rec->x);
     rec->x_begin = om_calloc(n, sizeof *rec->x_begin);
     rec->displacement = om_calloc(n, sizeof *rec->displacement);
-    rec->force =
-        om_calloc(n, sizeof *rec->force);  // 0 on surfaces, as is the stress, and on midpoints
+    rec->force = om_calloc(n, sizeof *rec->force);  // 0 on midpoints and on surfaces
     rec->von_mises = om_calloc((size_t)rec->ncell, sizeof *rec->von_mises);
     if (!rec->x || !rec->x_begin || !rec->displacement || !rec->force || !rec->von_mises)
         return OM_NO_MEMORY;

@@ -221,8 +221,8 @@ static OmVec3 point_of(const Table* t, int pixel) {
     return om_madd(t->camera.pose_world_camera.p, (double)t->depth[pixel] / om_dot(ray, axis), ray);
 }
 
-// A twin of quadratic elements: with its own mesh in the definition the monitor sees midpoints 4 mm above the sheet, with
-// the mesh of the site the vertices alone, which are where the picture has them.
+// A twin of quadratic elements: with its own mesh in the definition the monitor sees midpoints 4 mm above the sheet,
+// with the mesh of the site the vertices alone, which are where the picture has them.
 static void midpoints_of_the_twin_count(void** state) {
     (void)state;
     Table t;
