@@ -123,6 +123,8 @@ static uint64_t hash_task(const Task* t) {
                             c->roi.y,
                             s->tissue.cells.x,
                             s->tissue.world_cells.x,
+                            s->tissue.element,
+                            s->tissue.friction,
                             s->tissue.young,
                             s->tissue.poisson,
                             s->world.young_factor,

@@ -89,7 +89,8 @@ static OmStatus put_scene(const Sheet* s, OmText* t) {
         "  engine: pbd\n"
         "  size_mm: [90, 90, 3]\n"
         "  cells: [%d, %d, 1]\n"
-        "  world_cells: [%d, %d, 2]    # the truth: finite elements\n"
+        "  world_cells: [%d, %d, 1]    # the truth: finite elements\n"
+        "  element: quadratic\n"
         "  young: 20000\n"
         "  poisson: 0.45\n",
         s->def->cells, s->def->cells, s->def->world_cells, s->def->world_cells));

@@ -28,9 +28,9 @@ static void add_experiment(const Sheet* s, OmReport* report) {
     om__report_say(
         report,
         "A sheet of 90 x 90 x 3 mm on a board, fixed on one side, is grasped at five pinch points and "
-        "lifted by 10, 20 and 30 mm (thesis 5.4.1). The truth is %d x %d x 2 cells of finite elements of 20 "
-        "kPa; a depth camera with the noise of a D435 sees it. The model is %d particles in clusters. An "
-        "error is the mean distance from the points of the model's upper side to the nearest point of the "
+        "lifted by 10, 20 and 30 mm (thesis 5.4.1). The truth is %d x %d x 1 cells of quadratic finite "
+        "elements of 20 kPa; a depth camera with the noise of a D435 sees it. The model is %d particles in "
+        "clusters. An error is the mean distance from the points of the model's upper side to the nearest point of the "
         "cloud (5.2); a sheet that nobody lifts, which both have flat on the board, already shows %.2f mm of "
         "it.",
         d->world_cells, d->world_cells, 2 * (d->cells + 1) * (d->cells + 1),

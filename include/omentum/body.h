@@ -64,14 +64,6 @@ OM_API OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role,
 /// @return OM_OK; OM_INVALID (no such engine, or its file is missing: the message names the key of the scene)
 OM_API OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site,
                                         OmBodyParts* parts, OmTissueDef* def);
-/// How much softer than this site's mesh the same tissue is on a finer mesh. Linear elements of one layer bend too
-/// stiffly; a twin with OmSceneTissue.mesh_factor at this value yields to gravity as the finer mesh does. One half of
-/// the tissue is held, the other one bends under its weight by a small displacement: the factor is the work of gravity
-/// on this mesh over the work on the mesh refined once, both of linear elasticity. It depends on the mesh and on
-/// Poisson's ratio, not on the modulus or on the attachments.
-/// @param factor  in (0, 1]; near 1 where the mesh is fine enough
-/// @return OM_OK; OM_INVALID (no gravity, or tissue without extent across it); OM_NO_MEMORY
-OM_API OmStatus om_body_find_mesh_factor(const OmSite* site, double* factor);
 /// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
 /// ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);

@@ -55,9 +55,6 @@ typedef struct OmSceneTissue {
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
-    // Modulus of the twin over that of the tissue: coarse linear elements bend too stiffly, and
-    // om_body_find_mesh_factor says by how much. Default 1
-    double mesh_factor;
     // A patient or a volume has materials of its own, which a scene file does not change (below 0)
     // where it says nothing. A young or density that it gives is the first material's, and the others
     // keep their ratio to it; a poisson is every material's.

@@ -64,6 +64,9 @@ typedef struct OmYamlSchema {
     /// Former names of keys: former, present, ..., ended by null; may be null. A former name is an error that tells the
     /// present one.
     const char* const* renamed;
+    /// Keys that have gone: key, what stands in for it, ..., ended by null; may be null. Such a key is an error that
+    /// gives the reason and says to delete the line.
+    const char* const* removed;
     size_t line_offset;  // of an int that receives the line of the mapping; 0: none
 } OmYamlSchema;
 

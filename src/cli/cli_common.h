@@ -16,6 +16,10 @@
     4  // the work was done, files are complete; standard output could not be written
 #define OM_EXIT_CANCELLED 130  // Ctrl-C, or SIGTERM or SIGHUP
 
+// What stands in for a verb and an option that measured a factor on the twin's modulus.
+#define OM_CLI_NO_MESH_FACTOR \
+    "quadratic elements (`element: quadratic`) bend as the tissue does; delete `mesh_factor` from the scene"
+
 // One option of a verb. A flag has no argument; a name may not appear twice in a table. Parser, help, man page and
 // shell completion are all made from these tables. --help and --json are added to each.
 typedef struct OmCliOption {
@@ -137,21 +141,19 @@ void om_cli_set_environment(char** argv);
 
 // The verbs, and the table of each.
 extern const OmCliVerb om_cli_verb_banet_eval, om_cli_verb_banet_generate, om_cli_verb_banet_train,
-    om_cli_verb_calibrate, om_cli_verb_calibrate_force, om_cli_verb_calibrate_mesh,
-    om_cli_verb_demo, om_cli_verb_layouts, om_cli_verb_replay, om_cli_verb_search,
-    om_cli_verb_model, om_cli_verb_plan, om_cli_verb_preplan, om_cli_verb_retract,
-    om_cli_verb_rl_demo, om_cli_verb_rl_eval, om_cli_verb_rl_play, om_cli_verb_rl_survey,
-    om_cli_verb_rl_train, om_cli_verb_study_calibration, om_cli_verb_study_contact,
-    om_cli_verb_study_correspondence, om_cli_verb_study_learning, om_cli_verb_study_attachments,
-    om_cli_verb_study_methods, om_cli_verb_study_retraction, om_cli_verb_study_sheet,
-    om_cli_verb_umesh_eval, om_cli_verb_umesh_generate, om_cli_verb_umesh_predict,
-    om_cli_verb_umesh_train, om_cli_verb_update;
+    om_cli_verb_calibrate, om_cli_verb_calibrate_force, om_cli_verb_demo, om_cli_verb_layouts,
+    om_cli_verb_replay, om_cli_verb_search, om_cli_verb_model, om_cli_verb_plan,
+    om_cli_verb_preplan, om_cli_verb_retract, om_cli_verb_rl_demo, om_cli_verb_rl_eval,
+    om_cli_verb_rl_play, om_cli_verb_rl_survey, om_cli_verb_rl_train, om_cli_verb_study_calibration,
+    om_cli_verb_study_contact, om_cli_verb_study_correspondence, om_cli_verb_study_learning,
+    om_cli_verb_study_attachments, om_cli_verb_study_methods, om_cli_verb_study_retraction,
+    om_cli_verb_study_sheet, om_cli_verb_umesh_eval, om_cli_verb_umesh_generate,
+    om_cli_verb_umesh_predict, om_cli_verb_umesh_train, om_cli_verb_update;
 int om_cli_banet_eval(int argc, char** argv);
 int om_cli_banet_generate(int argc, char** argv);
 int om_cli_banet_train(int argc, char** argv);
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_calibrate_force(int argc, char** argv);
-int om_cli_calibrate_mesh(int argc, char** argv);
 int om_cli_layouts(int argc, char** argv);
 int om_cli_replay(int argc, char** argv);
 int om_cli_search(int argc, char** argv);

@@ -124,6 +124,10 @@ int main(int argc, char** argv) {
     }
     int nword;
     const OmCliVerb* verb = om_cli_find_verb(argc - 1, argv + 1, &nword);
+    if (!verb && strcmp(word, "calibrate-mesh") == 0) {
+        fprintf(stderr, "omentum: calibrate-mesh is gone: " OM_CLI_NO_MESH_FACTOR "\n");
+        return OM_EXIT_USAGE;
+    }
     if (!verb) return refuse_verb(NULL, word);
     if (verb->run) return om_cli_check_output(run_verb(verb, argc - nword, argv + nword));
     const char* next = argv[nword + 1];

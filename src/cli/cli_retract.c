@@ -364,10 +364,10 @@ int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract*
     return status < 0 ? om_cli_fail(s->verb, status) : OM_EXIT_OK;
 }
 
-// Options that are commands now: say so.
+// Options that are commands now, or are gone: say so.
 static bool is_moved(int argc, char** argv) {
     static const char* const moved[][2] = {{"--calibrate-force", "calibrate-force SCENE.yaml"},
-                                           {"--calibrate-mesh", "calibrate-mesh SCENE.yaml"},
+                                           {"--calibrate-mesh", NULL},
                                            {"--search", "search SCENE.yaml"},
                                            {"--replay", "replay DIR"},
                                            {"--layouts", "layouts SCENE.yaml --count N -o DIR"},
@@ -378,8 +378,12 @@ static bool is_moved(int argc, char** argv) {
             bool is_it = strncmp(argv[i], moved[k][0], len) == 0 &&
                          (argv[i][len] == 0 || argv[i][len] == '=');
             if (!is_it) continue;
-            fprintf(stderr, "omentum retract: %s is a command of its own: omentum %s\n",
-                    moved[k][0], moved[k][1]);
+            if (moved[k][1])
+                fprintf(stderr, "omentum retract: %s is a command of its own: omentum %s\n",
+                        moved[k][0], moved[k][1]);
+            else
+                fprintf(stderr, "omentum retract: %s is gone: " OM_CLI_NO_MESH_FACTOR "\n",
+                        moved[k][0]);
             return true;
         }
     return false;

@@ -25,7 +25,7 @@ static OmStatus read_def(const OmCliArgs* args, OmStudySheetDef* def) {
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
     if (om_cli_get(args, "--quick")) {
         def->cells = 10;
-        def->world_cells = 14;
+        def->world_cells = 15;
         def->population = 6;
         def->generations = 3;
         def->local_evaluations = 15;

@@ -49,7 +49,6 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_banet_train,
     &om_cli_verb_calibrate,
     &om_cli_verb_calibrate_force,
-    &om_cli_verb_calibrate_mesh,
     &om_cli_verb_demo,
     &om_cli_verb_layouts,
     &om_cli_verb_model,

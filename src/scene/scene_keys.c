@@ -63,9 +63,6 @@ static const OmYamlField tissue_field[] = {
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
      .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
-    {"mesh_factor", OM_YAML_DOUBLE, AT(OmSceneTissue, mesh_factor), .min = 0.01, .max = 1,
-     .help = "the twin's modulus over `young`, since coarse elements bend too stiffly; "
-             "omentum calibrate-mesh measures it"},
     // the numbers that can be calibrated are at the end: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
      .help = "Young's modulus; left out on a patient or a volume: its own materials"},
@@ -86,8 +83,10 @@ static const OmYamlField tissue_field[] = {
      .help = "share of the way to its goal that a particle goes, of `engine: pbd`"},
 };
 static const char* const tissue_renamed[] = {"model", "engine", NULL};
-static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL,
-                                           tissue_renamed};
+static const char* const tissue_removed[] = {
+    "mesh_factor", "`element: quadratic`, the default, bends as the tissue does", NULL};
+static const OmYamlSchema tissue_schema = {"tissue", tissue_field,   COUNT(tissue_field),
+                                           NULL,     tissue_renamed, .removed = tissue_removed};
 
 static const OmYamlField model_field[] = {
     {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535,

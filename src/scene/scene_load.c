@@ -22,7 +22,6 @@ OmScene om_scene_default(void) {
                                .friction = -1,
                                .has_board = true,
                                .law = OM_STABLE_NEO_HOOKEAN,
-                               .mesh_factor = 1,
                                .young = 3000,
                                .poisson = 0.45,
                                .density = 1000,

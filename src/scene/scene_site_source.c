@@ -204,7 +204,7 @@ void om_site_set_numbers(const OmScene* scene, OmSite* site) {
     bool is_world = site->role == OM_SITE_WORLD, has_own = site->nmaterial > 0;
     double young = t->young < 0 && has_own ? site->material[0].young : t->young;
     double density = t->density < 0 && has_own ? site->material[0].density : t->density;
-    site->young = young * (is_world ? scene->world.young_factor : t->mesh_factor);
+    site->young = young * (is_world ? scene->world.young_factor : 1.0);
     site->density = density * (is_world ? scene->world.density_factor : 1.0);
     site->poisson = is_world && scene->world.poisson >= 0 ? scene->world.poisson : t->poisson;
     om__site_set_stiffness(scene, site);

@@ -175,6 +175,10 @@ static OmStatus unknown_key(const Reader* r, const yaml_node_t* key, const OmYam
         OM_CHECK(strcmp(old[0], scalar_text(key)) != 0, OM_INVALID,
                  "%s:%zu: %s: key \"%s\" is now \"%s\"", r->name, line_of(key), schema->title,
                  old[0], old[1]);
+    for (const char* const* old = schema->removed; old && *old; old += 2)
+        OM_CHECK(strcmp(old[0], scalar_text(key)) != 0, OM_INVALID,
+                 "%s:%zu: %s: %s is gone: %s; delete the line", r->name, line_of(key),
+                 schema->title, old[0], old[1]);
     const char* word[MAX_KEYS];
     for (int i = 0; i < schema->nfield; ++i) word[i] = schema->field[i].key;
     const char* nearest = om_nearest_word(scalar_text(key), word, schema->nfield);

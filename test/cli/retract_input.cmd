@@ -60,7 +60,10 @@ exit 2
 err omentum calibrate-force SCENE.yaml
 $ omentum retract small.yaml --calibrate-mesh
 exit 2
-err omentum calibrate-mesh SCENE.yaml
+err omentum retract: --calibrate-mesh is gone: .*`element: quadratic`.*delete `mesh_factor`
+$ omentum calibrate-mesh small.yaml
+exit 2
+err omentum: calibrate-mesh is gone: .*`element: quadratic`.*delete `mesh_factor`
 
 $ omentum retract -o out
 exit 2

@@ -50,6 +50,10 @@ static void test_wrong_scenes_are_explained(void** state) {
     expect_refusal("name: x\n", "tissue");
     expect_refusal("name: x\ntissue: {source: sheat}\n", "sheet");
     expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "did you mean \"young\"");
+    expect_refusal(
+        "name: x\ntissue:\n  source: sheet\n  mesh_factor: 0.5\n",
+        "4: tissue: mesh_factor is gone: `element: quadratic`, the default, bends as the "
+        "tissue does; delete the line");
     expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "s.yaml:4");
     expect_refusal("name: x\ntissue: {source: sheet, young: soft}\n", "young");
     expect_refusal("name: x\ntissue: {source: sheet, poisson: 0.5}\n", "poisson");

@@ -1,4 +1,5 @@
 // test_study_retraction.c: cases of the retraction study, random states of Table 6.4, and a quick study, resumed.
+#include "studies/study_match_case.h"
 #include "studies/study_retraction_internal.h"
 
 #include <math.h>
@@ -116,6 +117,8 @@ static void test_alarms(void** unused) {
         assert_true(fabs(shift.x) <= 0.001 && fabs(shift.y) <= 0.001 && fabs(shift.z) <= 0.001);
         assert_true(om_norm(believed.registration.turn) > 0);
         assert_true(om_norm(believed.believed_roi.shift) > 0);
+        assert_near(believed.tissue.friction, 0.5 * known.tissue.friction, 1e-15);
+        assert_near(believed.world.friction, known.tissue.friction, 0);
     }
     assert_true(largest > 0.0005);
 }
@@ -181,6 +184,22 @@ static void test_definitions(void** unused) {
     assert_non_null(strstr(om_error_message(), "ct_abdomen"));
 }
 
+// Make the file of a search say that one arm cannot expose the case.
+static void forget_exposure(const char* name) {
+    char path[600], *data;
+    size_t size;
+    uint64_t setup;
+    RetractionCeiling found;
+    assert_ok(om_path_join(dir, name, path, sizeof path));
+    assert_ok(om_file_read(path, 1 << 20, &data, &size));
+    memcpy(&setup, data + sizeof setup, sizeof setup);  // after the mark of the file
+    om_free(data);
+    assert_true(om__match_load_result(dir, name, setup, &found, sizeof found));
+    found.is_possible = false;
+    found.best.nexposed = 0;
+    assert_ok(om__match_save_result(dir, name, setup, &found, sizeof found));
+}
+
 // One pair with two workers, then with one: the second time nothing is made again.
 static void test_study(void** unused) {
     (void)unused;
@@ -200,13 +219,16 @@ static void test_study(void** unused) {
     assert_int_equal(two.nnew, 0);
     assert_near(two.random[OM_RETRACTION_DEFRAS].visibility,
                 one.random[OM_RETRACTION_DEFRAS].visibility, 0);
-    // Searches of a scenario's two cases and of one case of the laboratory, of which one arm cannot expose one, so that
-    // both arms are tried, and of the pair if DEFRAS did not expose it; no run is made.
+    // Searches of a scenario's two cases and of one case of the laboratory, and of the pair if DEFRAS did not expose
+    // it; no run is made. Where one arm cannot expose a case, both arms are tried.
     const OmRetractionScore* pair = &one.random[OM_RETRACTION_DEFRAS];
     d.parts = OM_RETRACTION_SEARCHES;
     assert_ok(om_study_retraction_run(&d, NULL, &two));
-    assert_int_equal(two.nnew, 4 + pair->nrun - pair->nsuccess);
+    assert_int_equal(two.nnew, 3 + pair->nrun - pair->nsuccess);
     assert_int_equal(two.scenario[OM_RETRACTION_DEFRAS].nrun, 0);
+    forget_exposure("scenario-1-fewer-search.bin");
+    assert_ok(om_study_retraction_run(&d, NULL, &two));
+    assert_int_equal(two.nnew, 1);
     assert_ok(om_study_retraction_run(&d, NULL, &two));
     assert_int_equal(two.nnew, 0);
 }

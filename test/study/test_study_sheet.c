@@ -10,7 +10,7 @@
 static OmStudySheetDef small_def(void) {
     OmStudySheetDef def = om_study_sheet_default_def(dir);
     def.cells = 10;
-    def.world_cells = 14;
+    def.world_cells = 15;
     def.population = 5;
     def.generations = 1;
     def.local_evaluations = 3;
@@ -128,7 +128,7 @@ static void test_nonsense(void** unused) {
     def.seed = 1ull << 31;
     assert_refused(def, "seed is 2147483648");
     def = small_def();
-    def.world_cells = 15;
+    def.world_cells = 16;
     assert_refused(def, "sheet.yaml is of a study with other settings");
     def = small_def();
     def.generations = 2;
