@@ -31,6 +31,7 @@ OmStatus om__study_stage_create(const OmStudyContactDef* def, const OmTetMesh* m
                                 StudyStage* stage) {
     stage->def = def;
     OmTissueDef tissue = om_tissue_default_def(om_fem_engine(), mesh);
+    tissue.element = OM_ELEMENT_LINEAR;  // solids, which do not bend
     tissue.material_default = def->material;
     tissue.density = def->density;
     tissue.rayleigh_mass = def->rayleigh_mass;

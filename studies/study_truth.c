@@ -234,6 +234,7 @@ static OmStatus create_solid(const OmStudyContactDef* def, const OmTetMesh* tet,
     fem.nworker = def->nworker;
     OM_TRY(om_fem_create(&fem, &level->solid));
     OmTissueDef tissue = om_tissue_default_def(om_fem_engine(), tet);
+    tissue.element = OM_ELEMENT_LINEAR;  // a solid; its statics have quadratic elements
     tissue.nmaterial = NFRACTION + 1;
     tissue.material = material;
     tissue.gravity = om_vec3(0, 0, 0);
