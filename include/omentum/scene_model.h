@@ -137,13 +137,16 @@ typedef struct OmModelDef {
     int nworker;     // default 0: one a processor
 } OmModelDef;
 
+#define OM_BENDING_LIMIT 0.1  // a mesh with a larger bending error is warned of
+
 typedef struct OmModelReport {
     OmMeshQuality quality;
-    char selected[256];   // the labels that were meshed, in words; "" if the input is no volume
-    int64_t nvoxel;       // with these labels
-    OmVec3 voxel;         // sides of a voxel, m
-    double label_volume;  // of the voxels with these labels, m^3; 0 if the input is no volume
-    double label_error;   // volume of the organ's mesh (under a sheet: surface) / label_volume - 1
+    double bending_error;  // of om_patient_find_bending_error
+    char selected[256];    // the labels that were meshed, in words; "" if the input is no volume
+    int64_t nvoxel;        // with these labels
+    OmVec3 voxel;          // sides of a voxel, m
+    double label_volume;   // of the voxels with these labels, m^3; 0 if the input is no volume
+    double label_error;    // volume of the organ's mesh (under a sheet: surface) / label_volume - 1
     double part_volume[OM_MAX_PART];  // of the largest parts found, m^3
     bool part_is_kept[OM_MAX_PART];   //
     double left_out;                  // m^3, of all parts that were not kept
@@ -217,6 +220,14 @@ OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* dire
 /// "underside:random 10% seed 3"; vectors are written x/y/z. OM_INVALID says which word is wrong.
 /// @return OM_OK; OM_INVALID (the message shows the grammar)
 OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
+
+/// How much of a bending deflection the mesh lacks with quadratic elements. One half of a strip of the mesh is held,
+/// the other half bends by its weight: the error is the share of the energy that is missing, against the same strip
+/// refined once. A strip is three edges wide and as long and as thick as the tissue; of a larger one the 800 elements
+/// nearest to its middle are taken, which gives an upper estimate. It takes up to about a second.
+/// @param error  0 to 1; 1 where the mesh is too small to bend
+/// @return OM_OK; OM_INVALID (a label without a material, a mesh that om_tet_mesh_validate refuses); OM_NO_MEMORY
+OM_API OmStatus om_patient_find_bending_error(const OmPatient* patient, double* error);
 
 OM_API void om_patient_done(OmPatient* patient);
 /// Index of the material of elements with this label: the first one with this label, else the first one for all other

@@ -54,6 +54,7 @@ static const OmCliKey result_key[] = {
     {"edge_largest_mm", "length of edges"},
     {"volume_ml", "volume of the mesh"},
     {"surface_error_mm", "mean distance to the input's surface"},
+    {"bending_error_percent", "what quadratic elements lack of a bending deflection"},
 };
 
 // ---- words to numbers --------------------------------------------------------------------------------------
@@ -368,6 +369,7 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
     om_cli_figure("edge_largest_mm", q->edge_max * 1e3);
     om_cli_figure("volume_ml", q->volume * 1e6);
     om_cli_figure("surface_error_mm", r->surface_error_mean * 1e3);
+    om_cli_figure("bending_error_percent", 100 * r->bending_error);
     om_cli_path(dir);
     printf("dihedral angles %.1f (smallest) to %.1f (largest) degrees; ", q->dihedral_min * deg,
            q->dihedral_max * deg);
@@ -381,6 +383,7 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
     else if (p->organ.ntri == 0)
         printf(", %.2f %% off", r->volume_error * 100);
     printf("; surface %.2f mm off (mean)\n", r->surface_error_mean * 1e3);
+    printf("bending error of this mesh: %.1f %%\n", 100 * r->bending_error);
     for (int s = 0; s < p->mesh.nset; s++) {
         printf("%s%s %d", s ? ", " : "sets: ", p->mesh.set[s].name, p->mesh.set[s].nvert);
     }

@@ -254,23 +254,17 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
     return OM_OK;
 }
 
-// Relative error of a beam's deflection with n linear elements through its height: a / (n^2 + a) with a = 3 + 3/4 K /
-// mu, within 6 points of the measurements with 1 to 8 elements at nu = 0 to 0.49 (doc/fem.md).
-#define BENDING_LIMIT 0.1  // above it a mesh is too coarse for its Poisson ratio
-
-static void warn_coarse(const OmPatient* patient, OmModelReport* report) {
-    double poisson = 0, n = report->quality.nlayer;
-    for (int k = 0; k < patient->nmaterial; ++k)
-        poisson = fmax(poisson, patient->material[k].poisson);
-    double a = 3 + 0.5 * (1 + poisson) / (1 - 2 * poisson), missing = a / (n * n + a);
-    if (missing <= BENDING_LIMIT) return;
-    double wanted = sqrt(a * (1 / BENDING_LIMIT - 1));
-    om__model_warn(
-        report,
-        "%d elements through the thickness are few for Poisson's ratio %.3g: plain ones miss about "
-        "%.0f %% of a bending deflection; use edges below %.2g mm, or averaged strains",
-        report->quality.nlayer, poisson, 100 * missing,
-        1e3 * report->quality.edge_mean * n / wanted);
+// How well the mesh bends, and a warning where it does not. The error falls about as the edge.
+static OmStatus measure_bending(const OmPatient* patient, OmModelReport* report) {
+    OM_TRY(om_patient_find_bending_error(patient, &report->bending_error));
+    if (report->bending_error > OM_BENDING_LIMIT)
+        om__model_warn(
+            report,
+            "bending error of this mesh: %.0f %% with quadratic elements, above %.0f %%; "
+            "use edges below %.2g mm",
+            100 * report->bending_error, 100 * OM_BENDING_LIMIT,
+            1e3 * report->quality.edge_mean * OM_BENDING_LIMIT / report->bending_error);
+    return OM_OK;
 }
 
 // ---- the organ as tissue ---------------------------------------------------------------------------------------
@@ -363,6 +357,7 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
     OmStatus status = OM_OK;
     OmBody body = {0};
     OmModelReport local;
+    const bool is_reported = report != NULL;
     if (!report) report = &local;
     memset(patient, 0, sizeof *patient);
     memset(report, 0, sizeof *report);
@@ -403,7 +398,10 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         om__model_warn(report, "the volume cuts the organ: %d voxels on its border were capped",
                        report->ncapped);
     }
-    warn_coarse(patient, report);
+    if (is_reported) {
+        OM_TRY_DONE(om_progress_report(progress, "bending", 0, 1));
+        OM_TRY_DONE(measure_bending(patient, report));
+    }
     if (!report->quality.is_manifold) {
         om__model_warn(report, "the boundary touches itself in single edges");
     }

@@ -176,6 +176,7 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_number(&j, "surface_error_voxel", r->surface_error_voxel);
     om_json_number(&j, "level_shift_mm", r->level_shift * 1e3);
     om_json_integer(&j, "elements_through_thickness", r->quality.nlayer);
+    om_json_number(&j, "bending_error_percent", 100 * r->bending_error);
     om_json_integer(&j, "parts_found", r->npart_mask);
     om_json_integer(&j, "parts_kept", r->npart_kept);
     om_json_integer(&j, "capped_voxels", r->ncapped);

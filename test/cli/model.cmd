@@ -6,6 +6,7 @@ $ omentum model ball.nrrd --label 7 --edge 5 -q -o ball
 exit 0
 out ^ball: \d+ tetrahedra
 out dihedral angles
+out ^bending error of this mesh: [0-9.]+ %$
 no-err
 file ball/patient.yaml
 file ball/tissue.vtu
