@@ -49,7 +49,6 @@ typedef struct OmSceneTissue {
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     int law;      // OmLaw; default OM_STABLE_NEO_HOOKEAN
     int element;  // OmTissueElement, of bodies of engine "fem"; default OM_ELEMENT_LINEAR
-    bool is_averaged;  // OmTissueDef.is_averaged, of bodies of engine "fem"; default false
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead

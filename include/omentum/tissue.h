@@ -65,8 +65,6 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held
     // still. Default OM_ELEMENT_LINEAR.
     OmTissueElement element;
-    // For om_fem_engine: average strains around vertices, which prevents locking (doc/fem.md). Default false.
-    bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     OmCookie cookie;     // set by om_tissue_default_def
 } OmTissueDef;
@@ -312,8 +310,8 @@ typedef struct OmTissueForces {  // N, resultants of forces on the tissue
     OmVec3 weight;               // of all tissue
 } OmTissueForces;
 
-/// At equilibrium all but `pull` sum to zero. Needs no work; engines with averaged strains, and attachments of both
-/// kinds in one state, allocate for the call.
+/// At equilibrium all but `pull` sum to zero. Needs no work; attachments of both kinds in one state
+/// allocate for the call.
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueForces* forces);

@@ -74,7 +74,6 @@ typedef struct OmTissueEngine {
     bool has_forces;  // `step` writes forces in newtons (om_engine_tool_force)
     // attachments may be springs (om_engine_find_spring); false: they are refused
     bool has_springs;
-    bool can_average;    // supports OmTissueDef.is_averaged
     bool has_quadratic;  // supports OM_ELEMENT_QUADRATIC
     bool needs_file;     // `load` needs a file
 

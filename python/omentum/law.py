@@ -71,7 +71,7 @@ class Law(Engine):
         om.check_law(NeoHookean())
         om.Tissue(mesh, NeoHookean(), young=3000, poisson=0.45)
 
-    It does what engine "fem" does: steps, statics, tools, springs, contact, presses, forces and stress; not averaged strains. The
+    It does what engine "fem" does: steps, statics, tools, springs, contact, presses, forces and stress; not quadratic elements. The
     law must be finite and smooth for every F, also of inverted elements: smooth_log and smooth_power help. check_law tests it
     as the laws of the library are tested. `stress` and `tangent` are differences unless they are written too.
     """

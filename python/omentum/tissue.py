@@ -88,7 +88,7 @@ class Tissue(Owner):
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
-        rayleigh_stiffness, max_newton, element, is_averaged, solver={"nworker": 2, ...}.
+        rayleigh_stiffness, max_newton, element, solver={"nworker": 2, ...}.
         """
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):

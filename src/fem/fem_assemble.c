@@ -141,7 +141,6 @@ typedef struct Rows {
     OmTissueWork* w;
     OmFemTurn turn;
     const OmAssembly* at;
-    float hold;  // factor of the forces of cells
 } Rows;
 
 // Mass, its damping, weight, external forces and the spring of an attachment.
@@ -174,7 +173,6 @@ OM__INLINE void write_rows(const Rows* rows, bool is_mixed, float* S, int begin,
         memset(S, 0, 12 * (size_t)num * sizeof(float));
         if (is_mixed) memset(rS, 0, 12 * (size_t)num * sizeof(float));
         V4 f = gather_row(fem, rows->turn.turned, i, is_mixed, S, rS);
-        if (fem->cells) f += splat4(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
         sum_diagonal(S, num);
         if (is_mixed) sum_diagonal(rS, num);
         float* out = A->value + 9 * (size_t)adr;
@@ -203,26 +201,12 @@ static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
         memset(S, 0, 12 * (size_t)num * sizeof(float));
         V4 f = fem->mids ? gather_quadratic(fem, rows->turn.turned, i, S)
                          : gather_blocks(fem, rows->turn.turned, i, S);
-        if (fem->cells) f += splat4(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
         sum_diagonal(S, num);
         float* out = A->value + 9 * (size_t)adr;
         for (int k = 1; k < num; ++k) pack_block(out + 9 * (size_t)k, S + 12 * (size_t)k);
         pack_diagonal(out, S);
         add_vertex_terms(rows, i, f, out);
     }
-}
-
-// Averaged strains: the pass over cells gives F', which the elements need.
-static void start_cells(const Rows* rows, bool is_blocked, OmTeam* team, int rank, int size) {
-    const OmFemCells* cells = rows->fem->cells;
-    int64_t nbatch = om__cell_batches(cells);
-    int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
-    if (is_blocked)
-        om__fem_stretch_cells(&rows->turn, first, last);
-    else
-        om__fem_turn_cells(&rows->turn, first, last);
-    om_team_barrier(team);
-    if (cells->has_wide) om__cells_average(&rows->turn, team, rank, size);
 }
 
 static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
@@ -232,16 +216,10 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     int64_t nbatch = fem->nbatch, nvert = rows->m->mesh.nvert;
     int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
     bool is_blocked = fem->is_blocked && !rows->at->is_turned;
-    if (fem->cells) start_cells(rows, is_blocked, team, rank, size);
     if (fem->mids)
         (is_blocked ? om__fem_stretch_quadratic : om__fem_turn_quadratic)(&rows->turn, first, last);
     else
         (is_blocked ? om__fem_stretch : om__fem_turn)(&rows->turn, first, last);
-    if (fem->cells) {
-        om_team_barrier(team);
-        int64_t ncell = fem->cells->ncell;
-        om__cells_finish(&rows->turn, (int)(ncell * rank / size), (int)(ncell * (rank + 1) / size));
-    }
     om_team_barrier(team);
     float* S = fw->row + (size_t)rank * fw->row_size;
     int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
@@ -270,13 +248,8 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                           .stress = (float)(at->force / scale),
                           .turned = fw->turned,
                           .model = m,
-                          .is_exact = at->is_exact,
-                          .is_turned = at->is_turned || !((const OmFem*)m->data)->is_blocked,
-                          .cells = ((const OmFem*)m->data)->cells,
-                          .cell = fw->cell,
-                          .hinge = fw->hinge},
-                 .at = at,
-                 .hold = (float)at->force};
+                          .is_exact = at->is_exact},
+                 .at = at};
     om_parallel_team(fw->nworker, assemble_team, &rows);
     return OM_OK;
 }

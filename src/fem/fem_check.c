@@ -10,8 +10,8 @@
 // with r = lambda / mu. The volume ratio of a quadratic element is the smallest of its points. Tried and rejected:
 // that at its vertices too, which the energy does not see; beside a grasp, where strain changes within an element, one
 // to ten of 2,000 elements have such a corner in half of the steps of a lift. Other laws are evaluated in double,
-// element by element. The sum over elements is in double. Its error is about 1e-7 of sum V mu, and with averaged
-// strains (fem_cell.c) it is that of single elements: before the caller accepts a rise it calls om__fem_eval_balance.
+// element by element. The sum over elements is in double. Its error is about 1e-7 of sum V mu: where the energies break
+// the rule, the caller calls om__fem_eval_balance.
 #include "fem/fem_quadratic.h"
 
 // Parts of the elements, each summed by one worker: the same sum for any number of workers.

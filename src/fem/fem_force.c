@@ -114,28 +114,8 @@ static double eval_element(const OmTissueModel* m, const double* x, int e, OmVec
     return energy;
 }
 
-// Averaged strains: compute forces of all vertices, then select those of the mask.
-static OmStatus add_cell_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
-                               double* force, OmVec3* sum) {
-    OmStatus status = OM_OK;
-    double *scratch = NULL, *all = NULL, energy;
-    OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
-    OM_ALLOC_DONE(all, 3 * (size_t)m->mesh.nvert);
-    om__cell_balance(m, 1, x, scratch, all, &energy);
-    for (int i = 0; i < m->mesh.nvert; ++i) {
-        if (mask && !mask[i]) continue;
-        *sum = om_add(*sum, om_load3(all, i));
-        if (force) om_store3(force, i, om_add(om_load3(force, i), om_load3(all, i)));
-    }
-done:
-    om_free(scratch);
-    om_free(all);
-    return status;
-}
-
 OmStatus om__fem_add_internal_force(const OmTissueModel* m, const double* x,
                                     const unsigned char* mask, double* force, OmVec3* sum) {
-    if (((const OmFem*)m->data)->cells) return add_cell_force(m, x, mask, force, sum);
     for (int e = 0; e < m->nelem; ++e) {
         const int* v = nodes_of(m, e);
         bool is_asked = !mask;
@@ -155,18 +135,8 @@ OmStatus om__fem_add_internal_force(const OmTissueModel* m, const double* x,
 OmStatus om__fem_get_energy(const OmTissueModel* m, const double* x, double* energy) {
     *energy = 0;
     OmVec3 f[10];
-    for (int e = 0; e < m->nelem && !((const OmFem*)m->data)->cells; ++e)
-        *energy += eval_element(m, x, e, f);
-    if (!((const OmFem*)m->data)->cells) return OM_OK;
-    OmStatus status = OM_OK;
-    double *scratch = NULL, *force = NULL;
-    OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
-    OM_ALLOC_DONE(force, 3 * (size_t)m->mesh.nvert);
-    om__cell_balance(m, 1, x, scratch, force, energy);
-done:
-    om_free(scratch);
-    om_free(force);
-    return status;
+    for (int e = 0; e < m->nelem; ++e) *energy += eval_element(m, x, e, f);
+    return OM_OK;
 }
 
 // ---- forces and energy by many workers --------------------------------------------------------------
@@ -207,12 +177,6 @@ static void balance_team(void* ctx, OmTeam* team, int rank, int size) {
 OmStatus om__fem_eval_balance(const OmTissueModel* m, OmTissueWork* w, const double* x,
                               double* force, double* energy) {
     OmFemWork* fw = w->data;
-    if (((const OmFem*)m->data)->cells) {
-        if (!fw->scratch) OM_ALLOC(fw->scratch, om__cell_scratch_size(m));
-        om__cell_balance(m, fw->nworker, x, fw->scratch, force, energy);
-        return OM_OK;
-    }
-    if (!fw->corner) OM_ALLOC(fw->corner, 3 * (size_t)m->nelem_node * (size_t)m->nelem);
     Balance a = {.m = m, .x = x, .corner = fw->corner, .force = force};
     om_parallel_team(fw->nworker, balance_team, &a);
     *energy = 0;
@@ -268,25 +232,10 @@ static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
 
 OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
                              double* value) {
-    OmStatus status = OM_OK;
-    double *scratch = NULL, *force = NULL, energy;
-    const OmFemCells* cells = ((const OmFem*)m->data)->cells;
-    if (cells) {
-        OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
-        OM_ALLOC_DONE(force, 3 * (size_t)m->mesh.nvert);
-        om__cell_balance(m, 1, x, scratch, force, &energy);
-    }
     for (int e = 0; e < m->mesh.ntet; ++e) {
         const OmMaterial* material = om__fem_material(m, m->elem_node ? e / 8 : e);
         Element el = look_at_tet(m, x, e);
-        if (cells && (measure == OM_VON_MISES || measure == OM_ENERGY_DENSITY)) {
-            el.F = om__cell_mean(m, scratch, e, &el.energy);
-            el.P = eval_stress(material, OM_SHARE_WHOLE, el.F, &energy);
-        }
         value[e] = measure_of(material, &el, measure);
     }
-done:
-    om_free(scratch);
-    om_free(force);
-    return status;
+    return OM_OK;
 }

@@ -59,38 +59,6 @@ typedef struct OmFemQuadVisit {  // a quadratic element at one of its nodes
     unsigned short slot[10];     // position of its nodes in the row
 } OmFemQuadVisit;
 
-typedef struct OmFemEntry {  // of a sparse operator: to a vertex or a cell
-    int index;
-    float g[3];  // gradient, 1/m
-} OmFemEntry;
-
-// Averaged strains: a cell is a vertex and a material, with a quarter of each element around it. See fem_cell.c.
-typedef struct OmFemCells {
-    int ncell;
-    bool has_wide;        // some material has a part of lambda that is averaged further
-    int* vert;            //                                                       (ncell)
-    int* material;        // index to the model's                                  (ncell)
-    double* volume;       // m^3                                                   (ncell)
-    float* stiffness;     // volume times mu, N m                                  (ncell)
-    float* ratio;         // lambda of the inner law / mu                          (ncell)
-    OmFemFamily* family;  // of OM__LANE cells
-    int* adr;             // F = I + sum u_j g_j^T: first entry of each cell       (ncell + 1)
-    OmFemEntry* entry;    // by vertex
-    double* grad;         // the same gradients in double                          (entries x 3)
-    int* t_adr;           // the transpose: first entry of each vertex             (nvert + 1)
-    OmFemEntry* t_entry;  // by cell
-    int* t_from;          // its entry above
-    int* tet_cell;        // cells of each element's vertices                      (ntet x 4)
-    int* tet_adr;         // first element of each cell                            (ncell + 1)
-    int* tet;             //                                                       (4 ntet)
-    int* near_adr;        // first neighbour of each cell, itself among them       (ncell + 1)
-    int* near;            // cells of the same elements
-    double* weight;       // m^3, symmetric; a row sums to the cell's volume
-    float* share;         // the same by the row's volume, for a step
-    OmMaterial* inner;    // the law of cells: lambda at most INNER mu             (nmaterial)
-    OmLawParam* wide;     // the rest of the volumetric term: see om__cell_wide (nmaterial)
-} OmFemCells;
-
 typedef struct OmFem {  // model->data
     int nelem;          // tetrahedra of four or ten nodes
     int npoint;         // quadrature points in each: 1 or 5
@@ -105,18 +73,14 @@ typedef struct OmFem {  // model->data
     OmFemVisit* visit;  // linear                                            (4 nelem)
     OmFemQuadVisit* quad_visit;  // quadratic                                (10 nelem)
     int max_row;                 // blocks of the longest row
-    OmFemCells* cells;           // null unless strains are averaged
 } OmFem;
 
 typedef struct OmFemWork {  // work->data
     int nworker;
     size_t row_size;  // floats of one worker's row
     float* turned;    // results of the first pass: OM__TURNED or OM__BLOCKED floats an element
-    double* corner;   // forces on the nodes of elements, null until needed (nelem x 4 or 10 x 3)
+    double* corner;   // forces on the nodes of elements                    (nelem x 4 or 10 x 3)
     float* row;       // the row that a worker gathers                   (nworker x row_size)
-    float* cell;      // OM__CELLED floats a cell, where strains are averaged; then 6 scalars a cell
-    float* hinge;     // 12 floats an element: its difference from its cells
-    double* scratch;  // of om__cell_balance, null until needed
 } OmFemWork;
 
 typedef struct OmFemTurn {  // arguments of the first pass
@@ -128,27 +92,9 @@ typedef struct OmFemTurn {  // arguments of the first pass
     float stress;  // of the stress, h / scale
     float* turned;
     const OmTissueModel* model;
-    bool is_exact;            // tangents are not projected
-    bool is_turned;           // treat every law as corotational, for a predictor
-    const OmFemCells* cells;  // or null
-    float *cell, *hinge;      // of the work
+    bool is_exact;  // tangents are not projected
 } OmFemTurn;
 
-// Results of a pass over cells: for each cell F, F', stress times volume and dt/dF, in columns of four floats.
-// Scalars follow after all cells: t at F and F', their averages (2 each a cell), then two more for the transposed
-// averaging.
-enum { OM__CELL_P = 0, OM__CELL_D = 12, OM__CELL_F = 24, OM__CELL_G = 36, OM__CELLED = 48 };
-
-static inline int om__cell_batches(const OmFemCells* c) {
-    return (c->ncell + OM__LANE - 1) / OM__LANE;
-}
-static inline float* om__cell_scalars(const OmFemCells* c, float* cell) {
-    return cell + (size_t)OM__CELLED * OM__LANE * (size_t)om__cell_batches(c);
-}
-
-/// The same for quadratic elements: OM__QUADRATIC floats each, see fem_quadratic.h.
-void om__fem_turn_quadratic(const OmFemTurn* turn, int begin, int end);
-void om__fem_stretch_quadratic(const OmFemTurn* turn, int begin, int end);
 /// The rotation nearest to F, in double: from its invariants, or by SVD where these do not determine it.
 OmMat3 om__fem_rotation(OmMat3 F);
 /// Lame's constants of element e, Pa.
@@ -158,10 +104,9 @@ void om__fem_turn(const OmFemTurn* turn, int begin, int end);
 /// First pass for any law: blocks K_ab of the pairs (0,1) (0,2) (0,3) (1,2) (1,3) (2,3) by columns, then the
 /// entries of b of the four vertices.
 void om__fem_stretch(const OmFemTurn* turn, int begin, int end);
-/// The first pass over cells [begin, end): F' = F + lag dF/dt, the inner law's stress times volume, the measure of
-/// volume t (det F - 1, or the trace of the strain) at F and F', and the direction dt/dF.
-void om__fem_turn_cells(const OmFemTurn* turn, int begin, int end);
-void om__fem_stretch_cells(const OmFemTurn* turn, int begin, int end);
+/// The same for quadratic elements: OM__QUADRATIC floats each, see fem_quadratic.h.
+void om__fem_turn_quadratic(const OmFemTurn* turn, int begin, int end);
+void om__fem_stretch_quadratic(const OmFemTurn* turn, int begin, int end);
 /// How a law is computed in batches.
 OmFemFamily om__fem_family(const OmMaterial* material);
 /// Rest volume of element e, m^3.
@@ -183,30 +128,5 @@ double om__fem_eval_energy(const OmMaterial* material, OmLawShare share, OmMat3 
 OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,
                               double* force, double* energy);
 OmStatus om__fem_get_energy(const OmTissueModel* model, const double* x, double* energy);
-
-// ---- averaged strains: fem_cell.c, fem_cell_force.c -------------------------------------------------
-
-#define OM__HINGE 0.2  // of mu: stiffness of the difference between an element and its cells
-#define OM__INNER 1.0  // of mu: largest lambda in the law of a cell
-
-OmStatus om__cells_create(const OmTissueModel* model, OmFemCells** cells);
-void om__cells_destroy(OmFemCells* cells);
-size_t om__cells_memory(const OmTissueModel* model, const OmFemCells* cells);
-/// Is the measure of volume of the law det F - 1? Else the trace of its strain.
-bool om__cell_is_volume(const OmMaterial* material);
-/// The remaining volumetric term, as a function of the averaged measure.
-OmJet om__cell_wide(const OmFemCells* cells, int material, double t);
-/// After the pass over cells, by all members of the team: average the volumetric term, from t to the
-/// input of om__cells_finish. Ends without a barrier.
-void om__cells_average(const OmFemTurn* turn, OmTeam* team, int rank, int size);
-/// After the pass over elements: OM__CELL_P becomes the whole stress of cells [begin, end).
-void om__cells_finish(const OmFemTurn* turn, int begin, int end);
-/// Forces (nvert x 3, overwritten) and energy in double.
-/// @param scratch  om__cell_scratch_size doubles
-size_t om__cell_scratch_size(const OmTissueModel* model);
-void om__cell_balance(const OmTissueModel* model, int nworker, const double* x, double* scratch,
-                      double* force, double* energy);
-/// Mean F of an element's cells and the element's energy per volume; after om__cell_balance.
-OmMat3 om__cell_mean(const OmTissueModel* model, const double* scratch, int e, double* energy);
 
 #endif

@@ -124,7 +124,6 @@ static void fem_destroy(OmTissueModel* m) {
     om_free(fem->batch);
     om_free(fem->mids);
     om_free(fem->grad);
-    om__cells_destroy(fem->cells);
     om_free(fem->visit_adr);
     om_free(fem->visit);
     om_free(fem->quad_visit);
@@ -153,8 +152,7 @@ static OmStatus fem_create(OmTissueModel* m) {
     OM_TRY(make_gradients(m, fem));
     fem->is_blocked = find_blocked(m);
     fill_batches(m, fem);
-    OM_TRY(make_visits(m, fem));
-    return m->def.is_averaged ? om__cells_create(m, &fem->cells) : OM_OK;
+    return make_visits(m, fem);
 }
 
 // Floats an element leaves for the second pass.
@@ -168,9 +166,6 @@ static void fem_destroy_work(OmTissueWork* w) {
     if (!fw) return;
     om_free(fw->turned);
     om_free(fw->corner);
-    om_free(fw->cell);
-    om_free(fw->hinge);
-    om_free(fw->scratch);
     om_free(fw->row);
     om_free(fw);
     w->data = NULL;
@@ -187,13 +182,6 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
     if (!fw->turned || !fw->row) return OM_NO_MEMORY;
     // Any step may need Newton's method: it has its memory from the start.
-    if (fem->cells) {
-        fw->cell = om_calloc((size_t)om_block_count(fem->cells->ncell, OM__LANE),
-                             OM__LANE * (OM__CELLED + 6) * sizeof(float));
-        fw->hinge = om_calloc((size_t)fem->nbatch * OM__LANE, 12 * sizeof(float));
-        fw->scratch = om_alloc(om__cell_scratch_size(m), sizeof *fw->scratch);
-        return fw->cell && fw->hinge && fw->scratch ? OM_OK : OM_NO_MEMORY;
-    }
     OM_ALLOC(fw->corner, 3 * (size_t)m->nelem_node * (size_t)m->nelem);
     return OM_OK;
 }
@@ -206,9 +194,7 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     return sizeof *fem + nbatch * sizeof *fem->batch + nelem * 9 * sizeof(double) +
            (fem->mids ? nbatch * sizeof *fem->mids : 0) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + nelem * visit + sizeof *fw +
-           om__cells_memory(m, fem->cells) +
-           (fw->scratch ? om__cell_scratch_size(m) * sizeof(double) : 0) +
-           (fw->corner ? nelem * 3 * (size_t)m->nelem_node * sizeof(double) : 0) +
+           nelem * 3 * (size_t)m->nelem_node * sizeof(double) +
            nbatch * OM__LANE * left_size(fem) * sizeof(float) +
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
@@ -221,7 +207,6 @@ static const OmTissueEngine engine = {
     .summary = "finite elements",
     .number = number,
     .has_law = true,
-    .can_average = true,
     .has_quadratic = true,
     .has_springs = true,
     .create = fem_create,

@@ -253,17 +253,11 @@ static void principal_lane(const OmMaterial* m, OmLawShare share, double mu, con
     }
 }
 
-// The material of an element or a cell; null in unused lanes.
-static const OmMaterial* lane_material(const OmFemTurn* t, bool is_cell, int k) {
-    if (!is_cell) return k < t->model->nelem ? om__fem_material(t->model, k) : NULL;
-    return k < t->cells->ncell ? &t->cells->inner[t->cells->material[k]] : NULL;
-}
-
-static void repair_lanes(const OmFemTurn* t, bool is_cell, OmLawShare share, int batch,
-                         const V16 F[9], Frame* f) {
-    for (int l = 0; l < OM__LANE; ++l) {
-        const OmMaterial* m = lane_material(t, is_cell, batch * OM__LANE + l);
-        if (!f->is_bad[l] || !m) continue;
+static void repair_lanes(const OmFemTurn* t, OmLawShare share, int batch, const V16 F[9],
+                         Frame* f) {
+    for (int l = 0; l < OM__LANE && batch * OM__LANE + l < t->model->nelem; ++l) {
+        const OmMaterial* m = om__fem_material(t->model, batch * OM__LANE + l);
+        if (!f->is_bad[l]) continue;
         double lambda, mu, bulk;
         om_material_lame(m, &lambda, &mu, &bulk);
         if (m->law == OM_LINEAR)
@@ -369,31 +363,22 @@ OM__INLINE void stretch_point(const OmFemTurn* t, OmLawShare share, int k, Lanes
     if (!t->is_exact) project(f, is_wide);
     int nbad = 0;
     for (int l = 0; l < OM__LANE; ++l) nbad -= f->is_bad[l];
-    if (nbad > 0) repair_lanes(t, false, share, k, F, f);
+    if (nbad > 0) repair_lanes(t, share, k, F, f);
     for (int n = 0; n < 4; ++n)
         for (int r = 0; r < 3; ++r) g[3 * n + r] = dot3(f->V + 3 * r, grad + 3 * n);
 }
 
 OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED]) {
     const OmFemBatch* batch = &t->batch[k];
-    Lanes d[9], w[9], Fl[9], Gl[9], apart[9];
+    Lanes d[9], w[9], Fl[9], Gl[9];
     gather_edges(t, batch, d, w);
     make_gradients(batch, t->lag, d, w, Fl, Gl);
-    if (t->cells) take_means(t, k * OM__LANE, Fl, Gl, apart);
     V16 rate[9], grad[12], g[12], P[9];
     Frame f;
     stretch_point(t, OM_SHARE_WHOLE, k, Fl, Gl, &f, rate, grad, g);
     V16 stiff = load16(batch->root) * load16(batch->root);  // V mu, zero in lanes that only fill up
     make_blocks(&f, g, stiff * (t->scale * t->scale), 6, linear_pair, out);
-    // averaged strains: the element's own stress is that of the difference from its cells
-    if (t->cells) {
-        Lanes hinge;
-        store16(hinge, stiff * (float)OM__HINGE);
-        store_hinges(t, k * OM__LANE, hinge, apart);
-        for (int n = 0; n < 9; ++n) P[n] = load16(apart[n]) * (float)OM__HINGE;
-    } else {
-        make_stress(&f, rate, P);
-    }
+    make_stress(&f, rate, P);
     make_forces(P, grad, stiff * (t->scale * t->stress), out + 54);
 }
 
@@ -421,98 +406,6 @@ void om__fem_stretch_quadratic(const OmFemTurn* t, int begin, int end) {
         }
         store_quadratic(t, k, out);
     }
-}
-
-// ---- cells --------------------------------------------------------------------------------------------------
-
-// The measure of volume t of every lane, t + dt[rate], and its derivative there.
-OM__INLINE void measure_volume(OmFemFamily family, const V16 F[9], const V16 rate[9], V16* now,
-                               V16* then, V16 D[9]) {
-    if (family == OM__FAMILY_VENANT) {
-        *now = 0.5F * (dot3(F, F) + dot3(F + 3, F + 3) + dot3(F + 6, F + 6) - 3.0F);
-        *then = *now + dot3(F, rate) + dot3(F + 3, rate + 3) + dot3(F + 6, rate + 6);
-        for (int n = 0; n < 9; ++n) D[n] = F[n] + rate[n];
-        return;
-    }
-    *now = determinant(F) - 1.0F;
-    *then = *now;
-    for (int k = 0; k < 3; ++k) {
-        const V16 *a = F + 3 * ((k + 1) % 3), *b = F + 3 * ((k + 2) % 3);
-        const V16 *da = rate + 3 * ((k + 1) % 3), *db = rate + 3 * ((k + 2) % 3);
-        V16 c[3], d1[3], d2[3];
-        cross3(a, b, c);
-        cross3(da, b, d1);
-        cross3(a, db, d2);
-        *then += dot3(c, rate + 3 * k);
-        for (int r = 0; r < 3; ++r) D[3 * k + r] = c[r] + d1[r] + d2[r];
-    }
-}
-
-// The same where laws differ: lanes whose measure is the trace of their strain.
-static void measure_trace(const OmFemTurn* t, int batch, const Frame* f, const V16 F[9],
-                          const V16 rate[9], V16* now, V16* then, V16 D[9]) {
-    for (int l = 0; l < OM__LANE; ++l) {
-        const OmMaterial* m = lane_material(t, true, batch * OM__LANE + l);
-        if (!m || om__cell_is_volume(m)) continue;
-        OmMat3 d = lane_matrix(F, l);
-        (*now)[l] = 0;
-        if (m->law == OM_LINEAR)
-            d = om_mat3_identity();
-        else if (m->law == OM_COROTATIONAL)
-            d = om_mat3_mul(lane_matrix(f->U, l), om_mat3_transpose(lane_matrix(f->V, l)));
-        set_lane_matrix(D, l, d);
-        float share = m->law == OM_ST_VENANT_KIRCHHOFF ? 0.5F : 1.0F;
-        (*now)[l] = -3 * share;
-        for (int n = 0; n < 9; ++n) (*now)[l] += share * F[n][l] * D[n][l];
-        (*then)[l] = (*now)[l];
-        for (int n = 0; n < 9; ++n) (*then)[l] += rate[n][l] * D[n][l];
-        for (int n = 0; n < 9 && m->law == OM_ST_VENANT_KIRCHHOFF; ++n) D[n][l] += rate[n][l];
-    }
-}
-
-OM__INLINE void stretch_cells(const OmFemTurn* t, int k) {
-    const OmFemCells* cells = t->cells;
-    int first = k * OM__LANE, nbad = 0;
-    Lanes Fl[9], Gl[9], out[12], ratio, stiff;
-    memset(out, 0, sizeof out);
-    gather_cells(t, first, Fl, Gl);
-    V16 F[9], rate[9], P[9], D[9], now, then;
-    Frame f;
-    for (int l = 0; l < OM__LANE; ++l) {
-        int cell = first + l < cells->ncell ? first + l : cells->ncell - 1;
-        ratio[l] = cells->ratio[cell];
-        stiff[l] = cells->stiffness[cell];
-    }
-    for (int n = 0; n < 9; ++n) {
-        F[n] = load16(Fl[n]);
-        rate[n] = load16(Gl[n]) - F[n];
-        memcpy(out[n + n / 3], Fl[n], sizeof(Lanes));
-    }
-    store_cells(t, first, OM__CELL_F, out);
-    for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], Gl[n], sizeof(Lanes));
-    store_cells(t, first, OM__CELL_G, out);
-    decompose(F, &f);
-    make_law(cells->family[k], F, load16(ratio), 1.0F, true, &f);
-    project(&f, false);
-    for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
-    if (nbad > 0) repair_lanes(t, true, OM_SHARE_WHOLE, k, F, &f);
-    make_stress(&f, rate, P);
-    measure_volume(cells->family[k], F, rate, &now, &then, D);
-    if (cells->family[k] == OM__FAMILY_OTHER) measure_trace(t, k, &f, F, rate, &now, &then, D);
-    for (int n = 0; n < 9; ++n) store16(out[n + n / 3], D[n]);
-    store_cells(t, first, OM__CELL_D, out);
-    for (int n = 0; n < 9; ++n) store16(out[n + n / 3], P[n] * load16(stiff));
-    store_cells(t, first, OM__CELL_P, out);
-    float* scalar = om__cell_scalars(cells, t->cell) + 2 * (size_t)first;
-    for (int l = 0; l < OM__LANE; ++l) {
-        scalar[2 * l] = now[l];
-        scalar[2 * l + 1] = then[l];
-    }
-}
-
-OM_MULTIVERSION
-void om__fem_stretch_cells(const OmFemTurn* t, int begin, int end) {
-    for (int k = begin; k < end; ++k) stretch_cells(t, k);
 }
 
 OM_MULTIVERSION

@@ -116,81 +116,20 @@ OM__INLINE void make_turned(const OmFemTurn* t, float root, const float* ratio, 
     }
 }
 
-// Averaged strains: the element's own stress is that of its hinge, a mu (F' - mean), rotated like the gradients.
-OM__INLINE void make_hinged(const OmFemTurn* t, const OmFemBatch* batch, int first, Lanes R[9],
-                            Lanes d[9], Lanes out[OM__TURNED]) {
-    Lanes stiff;
-    for (int l = 0; l < OM__LANE; ++l) {
-        stiff[l] = (float)OM__HINGE * batch->root[l] * batch->root[l];
-        float s = (float)OM__HINGE * t->stress * batch->root[l];
-        for (int c = 0; c < 3; ++c)
-            for (int r = 0; r < 3; ++r)
-                out[16 + 4 * c + r][l] =
-                    s * (d[r][l] * R[c][l] + d[3 + r][l] * R[3 + c][l] + d[6 + r][l] * R[6 + c][l]);
-    }
-    store_hinges(t, first, stiff, d);
-}
-
-OM_MULTIVERSION
-void om__fem_turn_cells(const OmFemTurn* t, int begin, int end) {
-    const OmFemCells* cells = t->cells;
-    Lanes F[9], G[9], R[9], out[12];
-    int is_bad[OM__LANE];
-    memset(out, 0, sizeof out);
-    float* scalar = om__cell_scalars(cells, t->cell);
-    for (int k = begin; k < end; ++k) {
-        int first = k * OM__LANE, nbad = 0;
-        gather_cells(t, first, F, G);
-        find_rotations(F, R, is_bad);
-        for (int l = 0; l < OM__LANE; ++l) nbad += is_bad[l];
-        if (nbad > 0) repair_rotations(F, R, is_bad);
-        for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], F[n], sizeof(Lanes));
-        store_cells(t, first, OM__CELL_F, out);
-        for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], G[n], sizeof(Lanes));
-        store_cells(t, first, OM__CELL_G, out);
-        for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], R[n], sizeof(Lanes));
-        store_cells(t, first, OM__CELL_D, out);
-        for (int l = 0; l < OM__LANE; ++l) {
-            int cell = first + l < cells->ncell ? first + l : cells->ncell - 1;
-            float tau[9], B[9], now = -3, trace;
-            for (int c = 0; c < 3; ++c)
-                for (int r = 0; r < 3; ++r)
-                    B[3 * c + r] =
-                        G[r][l] * R[c][l] + G[3 + r][l] * R[3 + c][l] + G[6 + r][l] * R[6 + c][l];
-            for (int n = 0; n < 9; ++n) now += F[n][l] * R[n][l];
-            trace = ((B[0] - 1.0F) + (B[4] - 1.0F)) + (B[8] - 1.0F);
-            for (int c = 0; c < 3; ++c)
-                for (int r = 0; r < 3; ++r)
-                    tau[3 * c + r] = B[3 * c + r] + B[3 * r + c] -
-                                     (r == c ? 2.0F - cells->ratio[cell] * trace : 0.0F);
-            for (int c = 0; c < 3; ++c)  // tau R
-                for (int r = 0; r < 3; ++r)
-                    out[4 * c + r][l] = cells->stiffness[cell] *
-                                        (tau[r] * R[3 * c][l] + tau[3 + r] * R[3 * c + 1][l] +
-                                         tau[6 + r] * R[3 * c + 2][l]);
-            scalar[2 * (first + l)] = now;
-            scalar[2 * (first + l) + 1] = trace;
-        }
-        store_cells(t, first, OM__CELL_P, out);
-    }
-}
-
 OM_MULTIVERSION
 void om__fem_turn(const OmFemTurn* t, int begin, int end) {
-    Lanes d[9], w[9], F[9], G[9], R[9], apart[9], out[OM__TURNED];
+    Lanes d[9], w[9], F[9], G[9], R[9], out[OM__TURNED];
     int is_bad[OM__LANE];
     memset(out, 0, sizeof out);
     for (int k = begin; k < end; ++k) {
         const OmFemBatch* batch = &t->batch[k];
         gather_edges(t, batch, d, w);
         make_gradients(batch, t->lag, d, w, F, G);
-        if (t->cells) take_means(t, k * OM__LANE, F, G, apart);
         find_rotations(F, R, is_bad);
         int nbad = 0;
         for (int l = 0; l < OM__LANE; ++l) nbad += is_bad[l];
         if (nbad > 0) repair_rotations(F, R, is_bad);
         make_turned(t, 1.0F, batch->ratio, 1.0F, batch, R, G, out);
-        if (t->cells) make_hinged(t, batch, k * OM__LANE, R, apart, out);
         float* turned = t->turned + (size_t)k * OM__LANE * OM__TURNED;
         for (int l = 0; l < OM__LANE; l += 4)
             for (int n = 0; n < OM__TURNED; n += 4)

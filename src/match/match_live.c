@@ -138,7 +138,6 @@ static OmStatus make_tissue(OmMatchLive* live) {
     def.engine = om_fem_engine();
     def.input = NULL;
     def.attachment_springs = NULL;
-    def.is_averaged = false;
     def.element = OM_ELEMENT_LINEAR;  // matches surfaces, vertex by vertex
     def.rayleigh_mass = def.rayleigh_stiffness = 0;
     def.material_default.poisson = fmin(def.material_default.poisson, MAX_POISSON);

@@ -8,7 +8,7 @@
 #include "rl/rl_retract_internal.h"
 
 #define COOKIE 0x4e712ac7u
-#define ELEMENT_SIDE 20  // cells along a side, of elements
+#define ELEMENT_SIDE 10  // cells along a side, of quadratic elements
 #define FIXED_ROWS 2     // of particles, at the fixed side
 #define FIXED_X 0.018    // m, the fixed side of the flat sheet
 #define DROP 0.001       // m, of the fat above the kidney before it falls
@@ -198,13 +198,13 @@ static OmStatus make_tissue(OmRlRetract* t) {
             (OmMaterial){.young = d->young, .poisson = d->poisson, .law = OM_STABLE_NEO_HOOKEAN};
         def.density = d->density;
         def.rayleigh_stiffness = is_pbd ? 0 : 0.01;
-        def.is_averaged = !is_pbd;
+        if (!is_pbd) def.element = OM_ELEMENT_QUADRATIC;
         def.solver.nworker = 1;
         status = om_tissue_create(&def, &t->tissue);
     }
-    t->nvert = mesh.nvert;
     om_tet_mesh_done(&mesh);
     if (status != OM_OK) return status;
+    t->nvert = om_tissue_mesh(t->tissue)->nvert;
     // particles keep the collision distance from the distance that the ground gives
     t->ground.shift = is_pbd ? pbd.collision_distance - 0.5 * d->thickness : 0;
     OmTissueObstacle ground = om_field_obstacle(om__rl_ground_distance, &t->ground);

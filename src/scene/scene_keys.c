@@ -57,8 +57,6 @@ static const OmYamlField tissue_field[] = {
     {"element", OM_YAML_ENUM, AT(OmSceneTissue, element), .name = element_name,
      .help = "tetrahedra of four or ten nodes; quadratic ones bend as thin tissue does; needs "
              "`engine: fem`"},
-    {"averaged", OM_YAML_BOOL, AT(OmSceneTissue, is_averaged),
-     .help = "strains averaged around vertices, against locking; needs `engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,

@@ -115,8 +115,7 @@ OmGuard om__guard_step(const OmTissueModel* m, const OmTissueState* s, OmTissueW
     double floor = ENERGY_FLOOR * m->total_mu;
     g.gain = end - begin + b.change - b.work;
     g.bound = ENERGY_SLACK * share * (b.kinetic + begin + b.effort) + floor;
-    // With averaged strains the check sums energies of single elements, which only estimate the energy. If the estimate
-    // rises too much, the energy itself is computed; computing it at every step would double the time of a step.
+    // The check computes in float. If its energy rises too much, the energy is computed in double.
     if (!(g.gain <= g.bound) && m->engine->eval_balance &&
         m->engine->eval_balance(m, w, x, w->elastic, &begin) == OM_OK &&
         m->engine->eval_balance(m, w, w->x_end, w->elastic, &end) == OM_OK) {

@@ -145,7 +145,6 @@ struct OmTissueWork {
     double *x_end, *v_end;    // trial positions and velocities                    (nvert x 3)
     double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)
     double* elastic;               // elastic force at the last trial, N                (nvert x 3)
-    double* refine;                // arrays of tissue_refine.c; null where A is the tangent
     void* backup;                  // copy of a state, for steps that are cut
 };
 
@@ -197,14 +196,6 @@ bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmT
 OmStatus om__guard_refuse(const OmGuard* guard);
 /// Row i of A times dv.
 OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i);
-
-// ---- tissue_refine.c ------------------------------------------------------------------------------
-
-OmStatus om__refine_create(OmTissueWork* work);
-/// As om_tissue_solve_step for the problem linearised at work->from, with the exact tangent of the forces. x_end must
-/// belong to work->from.
-OmStatus om__refine(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
-                    OmTissueReport* report);
 
 // ---- tissue_point.c -------------------------------------------------------------------------------
 

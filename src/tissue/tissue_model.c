@@ -59,15 +59,10 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->newton_tolerance > 0 && def->newton_tolerance < 1, OM_INVALID,
              "tissue: newton_tolerance is %g; it must be in (0, 1)", def->newton_tolerance);
     OM_TRY(om__engine_check(def->engine));
-    OM_CHECK(!def->is_averaged || def->engine->can_average, OM_INVALID,
-             "tissue: engine \"%s\" has no averaged strains (is_averaged)", def->engine->name);
     OM_CHECK((unsigned)def->element < OM_NTISSUE_ELEMENT, OM_INVALID,
              "tissue: element %d is none of the %d kinds", (int)def->element, OM_NTISSUE_ELEMENT);
-    OM_CHECK(def->element == OM_ELEMENT_LINEAR || def->engine->has_quadratic, OM_UNAVAILABLE,
-             "tissue: engine \"%s\" has no quadratic elements", def->engine->name);
-    OM_CHECK(def->element == OM_ELEMENT_LINEAR || !def->is_averaged, OM_INVALID,
-             "tissue: averaged strains (is_averaged, in scenes averaged: true) are for linear "
-             "elements, and element is \"quadratic\"");
+    OM_CHECK(def->element == OM_ELEMENT_LINEAR || def->engine->has_quadratic, OM_INVALID,
+             "tissue: element: engine \"%s\" has no quadratic elements", def->engine->name);
     OM_CHECK(
         !def->options || !def->input, OM_INVALID,
         "tissue: options and input are both given; the engine makes its options from the input");

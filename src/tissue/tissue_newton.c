@@ -215,9 +215,8 @@ static OmStatus solve_linearised(const OmTissueModel* m, OmTissueState* s, OmTis
     for (;;) {
         double norm;
         w->reference = left / fmax(m->def.solver.tolerance, 1e-12);
-        OmStatus status = newton->fn  ? newton->fn(newton->ctx, m, s, w, w->h, report)
-                          : w->refine ? om__refine(m, s, w, report)
-                                      : om_tissue_solve_step(m, s, w, report);
+        OmStatus status = newton->fn ? newton->fn(newton->ctx, m, s, w, w->h, report)
+                                     : om_tissue_solve_step(m, s, w, report);
         w->reference = 0;
         if (status >= 0 || !*is_exact) return status;
         *is_exact = false;

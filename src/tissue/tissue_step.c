@@ -51,7 +51,6 @@ OmStatus om_tissue_work_create(const OmTissueModel* m, OmTissueWork** work) {
         status = OM_NO_MEMORY;
         goto done;
     }
-    if (m->def.is_averaged) OM_TRY_DONE(om__refine_create(w));
     if (om__has_matrix(m)) {
         OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->nelem, m->nelem_node, om__elem_node(m), &w->A));
         OmSolverDef solver = m->def.solver;
@@ -89,7 +88,6 @@ void om_tissue_work_destroy(OmTissueWork* w) {
     om_free(w->extra_diag);
     om_free(w->point);
     om_free(w->undo);
-    om_free(w->refine);
     om_free(w->backup);
     om_free(w);
 }

@@ -67,7 +67,6 @@ OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site, OmBod
     OmTissueDef def = om_tissue_default_def(engine, &site->mesh);
     def.input = &parts->input;
     if (engine->has_quadratic) def.element = (OmTissueElement)scene->tissue.element;
-    def.is_averaged = scene->tissue.is_averaged && engine->can_average;
     OmSiteMaterial first = om_site_get_material(site, 0);
     def.material_default = material_of(scene, site, &first);
     def.density = site->density;

@@ -15,15 +15,12 @@ static const OmVec3 element_lo = {0, 0, 0}, element_hi = {0.03, 0.02, 0.02};
 typedef struct ElementKind {
     const char* name;
     OmTissueElement element;
-    bool is_averaged;
 } ElementKind;
-static const ElementKind linear_element = {"linear", OM_ELEMENT_LINEAR, false},
-                         averaged_element = {"averaged", OM_ELEMENT_LINEAR, true},
-                         quadratic_element = {"quadratic", OM_ELEMENT_QUADRATIC, false};
+static const ElementKind linear_element = {"linear", OM_ELEMENT_LINEAR},
+                         quadratic_element = {"quadratic", OM_ELEMENT_QUADRATIC};
 
 static inline void element_choose(TestRig* r, const ElementKind* kind) {
     r->def.element = kind->element;
-    r->def.is_averaged = kind->is_averaged;
 }
 
 /// Two materials of one law, tissue and something stiffer.

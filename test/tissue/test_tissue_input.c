@@ -38,9 +38,9 @@ static void fem_file(TestRig* r) {
     static const OmEngineInput input = {.file = "weights.safetensors"};
     r->def.input = &input;
 }
-static void chain_averaged(TestRig* r) {
+static void chain_quadratic(TestRig* r) {
     r->def.engine = om_chain_engine();
-    r->def.is_averaged = true;
+    r->def.element = OM_ELEMENT_QUADRATIC;
 }
 static void null_engine(TestRig* r) { r->def.engine = NULL; }
 static void poisson_half(TestRig* r) { r->def.material_default.poisson = 0.5; }
@@ -94,7 +94,7 @@ static void test_definitions(void** context) {
                 {version_engine, "version 0"},
                 {both_kinds, "either assemble or step"},
                 {fem_file, "reads no file, but weights.safetensors"},
-                {chain_averaged, "\"chainmail\" has no averaged strains"},
+                {chain_quadratic, "element: engine \"chainmail\" has no quadratic elements"},
                 {null_engine, "engine"},
                 {poisson_half, "poisson is 0.5"},
                 {poisson_nan, "poisson"},

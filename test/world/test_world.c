@@ -465,14 +465,14 @@ static void test_materials_of_a_site(void** state) {
         om_body_describe(&scene, &site, text, sizeof text);
         if (strncmp(text, said[k], strlen(said[k])) != 0)
             fail_msg("\"%s\" instead of \"%s\"", text, said[k]);
-        scene.tissue.is_averaged = true;
+        scene.tissue.element = OM_ELEMENT_QUADRATIC;
         OmTissueDef def;
         assert_ok(om_body_make_tissue_def(&scene, &site, &parts, &def));
         OmTissueModel* model;
-        assert_true(def.is_averaged == (k == 0));
+        assert_true((def.element == OM_ELEMENT_QUADRATIC) == (k == 0));
         assert_ok(om_tissue_create(&def, &model));
         double total = 0, volume = om_tet_mesh_volume(&site.mesh);
-        for (int i = 0; i < site.mesh.nvert; ++i) total += om_tissue_mass(model)[i];
+        for (int i = 0; i < om_tissue_mesh(model)->nvert; ++i) total += om_tissue_mass(model)[i];
         assert_near_rel(total, 0.5 * (900 + 1800) * volume,
                         1e-9);  // half of a cell's elements each
         om_tissue_destroy(model);
