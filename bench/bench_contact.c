@@ -28,6 +28,7 @@ typedef struct Sheet {
 
 static OmStatus make_body(const OmTetMesh* mesh, const BenchOptions* options, Sheet* sheet) {
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.attachment_stiffness = 100;
     def.solver.nworker = options->nworker;
     OM_TRY(om_tissue_create(&def, &sheet->model));

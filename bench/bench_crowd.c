@@ -102,6 +102,7 @@ static OmStatus measure_step(const OmTetMesh* mesh, int nworker, OmPreconditione
                              const char* what) {
     Step t = {0};
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.solver.nworker = nworker;
     def.material_default.young = 1e5;  // the beam stays in the range of small steps
     def.solver.preconditioner = preconditioner;

@@ -31,6 +31,7 @@ static OmStatus measure(const OmTetMesh* mesh, int engine, const char* scene,
                         const BenchOptions* options, double* reference_ms) {
     const OmTissueEngine* table[NENGINE] = {om_fem_engine(), om_spring_engine(), om_chain_engine()};
     OmTissueDef def = om_tissue_default_def(table[engine], mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.gravity = om_vec3(0, 0, 0);
     def.solver.nworker = options->nworker;
     def.solver.tolerance = 1e-3;

@@ -69,6 +69,7 @@ static OmStatus make_top(OmSurface* top) {
 static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) {
     OM_TRY(bench_box(om_vec3(0.15, 0.1, 0.07), scene_table[k].cells, 2, &bed->mesh));
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &bed->mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.gravity = om_vec3(0, 0, 0);
     def.rayleigh_mass = 0;
     def.material_default.law = OM_NEO_HOOKEAN;

@@ -17,6 +17,7 @@ static const struct {
 
 static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, OmLaw law) {
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.gravity = om_vec3(0, 0, -1);
     def.material_default.law = law;
     def.solver.nworker = options->nworker;

@@ -7,7 +7,7 @@
 
 #include "omentum/omentum.h"
 
-enum { NX = 4, NY = 4, NZ = 6 };
+enum { NX = 2, NY = 2, NZ = 3 };  // quadratic elements, the default, need few cells
 
 // 40 x 40 x 60 mm; the vertices of the top become the set that a model attaches by itself.
 static OmStatus make_box(OmTetMesh* mesh) {

@@ -12,7 +12,7 @@
 typedef struct Field {  // everything that has to be destroyed
     OmTetMesh mesh;
     OmSurface surface;
-    int* surface_vert;  // mesh vertex of each vertex of the surface
+    int* surface_vert;  // vertex of om_tissue_mesh of each vertex of the surface
     OmTissueModel* model;
     OmTissueState* state;
     OmTissueWork* work;
@@ -23,9 +23,9 @@ typedef struct Field {  // everything that has to be destroyed
 } Field;
 
 static OmStatus make_tissue(Field* f) {
-    int held[2 * 17], nheld = 0;
+    int held[2 * 9], nheld = 0;
     OmStatus status =
-        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.08, 0.004), 16, 16, 1, &f->mesh);
+        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.08, 0.004), 8, 8, 1, &f->mesh);
     if (status != OM_OK) return status;
     for (int i = 0; i < f->mesh.nvert; ++i)
         if (om_load3(f->mesh.x, i).x < 1e-9) held[nheld++] = i;
@@ -64,7 +64,7 @@ static OmStatus make_scene(Field* f) {
     const OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     const OmSenseLook paint = om_sense_look(OM_PART_BOARD);
     const OmSenseLook magenta = om_sense_look(OM_PART_ROI);
-    OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->surface, &f->surface_vert);
+    OmStatus status = om_tet_mesh_boundary(om_tissue_mesh(f->model), &f->surface, &f->surface_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
     if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->surface, &fat, &f->surface_id);
     if (status == OM_OK) status = add_square(f->scene, om_vec3(0.04, 0.04, -1e-4), 0.1, &paint);

@@ -7,7 +7,7 @@
 
 #include "omentum/omentum.h"
 
-enum { NX = 12, NY = 10, NZ = 5 };
+enum { NX = 6, NY = 5, NZ = 2 };
 
 static const double thickness = 0.05, depth = 0.01, speed = 0.01, h = 0.02;  // m, m, m/s, s
 

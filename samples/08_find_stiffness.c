@@ -9,7 +9,7 @@
 
 #include "omentum/omentum.h"
 
-enum { N = 3, NZ = 12 };
+enum { N = 2, NZ = 6 };
 
 static const double measured[] = {0.01174,
                                   0.00869};  // m, how far the marks sank: 3,000 Pa and noise

@@ -24,6 +24,7 @@ static inline void rig_box(TestRig* r, OmVec3 lo, OmVec3 hi, int nx, int ny, int
     memset(r, 0, sizeof *r);
     assert_ok(om_tet_mesh_box(lo, hi, nx, ny, nz, &r->mesh));
     r->def = om_tissue_default_def(om_fem_engine(), &r->mesh);
+    r->def.element = OM_ELEMENT_LINEAR;
     r->def.solver.nworker = 1;
     r->def.solver.tolerance = 1e-6;
     r->def.solver.max_iterations = 500;

@@ -61,9 +61,9 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     const double* attachment_springs;
     int max_newton;  // 1: one linearisation (thesis (3.5)); > 1: maximum of Newton's iterations; default 1
     double newton_tolerance;  // relative to the residual at the first linearisation; default 1e-3
-    // For om_fem_engine. With OM_ELEMENT_QUADRATIC the model's own mesh has the midpoint of every edge as a vertex,
-    // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held
-    // still. Default OM_ELEMENT_LINEAR.
+    // OM_ELEMENT_QUADRATIC, default of om_fem_engine: om_tissue_mesh, so each array of vertices, has midpoints of edges
+    // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held still.
+    // Other engines accept OM_ELEMENT_LINEAR alone, their default.
     OmTissueElement element;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     OmCookie cookie;     // set by om_tissue_default_def

@@ -88,7 +88,7 @@ class Tissue(Owner):
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
-        rayleigh_stiffness, max_newton, element, solver={"nworker": 2, ...}.
+        rayleigh_stiffness, max_newton, element (default linear here, quadratic in C), solver={"nworker": 2, ...}.
         """
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):
@@ -96,6 +96,7 @@ class Tissue(Owner):
         arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, **plain, **options}
         raw, table = mesh._as_c(), find_engine(engine)
         definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
+        definition.element = int(c.OmTissueElement.ELEMENT_LINEAR)  # arrays here have the vertices of the mesh given
         definition.assign(options)
         if materials:
             _make_materials(definition, mesh, materials, plain)

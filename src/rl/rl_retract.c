@@ -198,7 +198,6 @@ static OmStatus make_tissue(OmRlRetract* t) {
             (OmMaterial){.young = d->young, .poisson = d->poisson, .law = OM_STABLE_NEO_HOOKEAN};
         def.density = d->density;
         def.rayleigh_stiffness = is_pbd ? 0 : 0.01;
-        if (!is_pbd) def.element = OM_ELEMENT_QUADRATIC;
         def.solver.nworker = 1;
         status = om_tissue_create(&def, &t->tissue);
     }

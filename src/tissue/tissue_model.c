@@ -15,6 +15,8 @@ OmTissueDef om_tissue_default_def(const OmTissueEngine* engine, const OmTetMesh*
                        .gravity = {0, 0, -9.81},
                        .max_newton = 1,
                        .newton_tolerance = 1e-3,
+                       .element = engine && engine->has_quadratic ? OM_ELEMENT_QUADRATIC
+                                                                  : OM_ELEMENT_LINEAR,
                        .solver = om_solver_default_def(),
                        .cookie = TISSUE_COOKIE};
     return def;

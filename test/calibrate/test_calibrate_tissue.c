@@ -37,6 +37,7 @@ static void make_bar(Maker* m, OmVec3 size, int nx, int ny, int nz, int axis, do
     om_free(vert);
     m->nparam = 1;
     m->def = om_tissue_default_def(om_fem_engine(), &m->mesh);
+    m->def.element = OM_ELEMENT_LINEAR;
     m->def.material_default = (OmMaterial){.young = 3000, .poisson = 0.3, .law = OM_NEO_HOOKEAN};
     m->def.solver.tolerance = 1e-6;
     m->def.solver.max_iterations = 500;
@@ -433,6 +434,7 @@ static OmStatus build_sheet(void* ctx, const double* param, int nworker, OmTissu
     pbd.cluster_radius = param[1];
     pbd.particle_volume = m->particle_volume;
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &m->mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.engine = om_pbd_engine();
     def.options = &pbd;
     def.solver.nworker = nworker;

@@ -175,6 +175,7 @@ static void compress(double edge, double most_off) {
     OmMaterial material[2] = {{.young = 5000, .poisson = 0.49, .law = OM_NEO_HOOKEAN},
                               {.young = 15000, .poisson = 0.49, .law = OM_NEO_HOOKEAN}};
     r.def = om_tissue_default_def(om_fem_engine(), &r.mesh);
+    r.def.element = OM_ELEMENT_LINEAR;
     r.def.nmaterial = 2;
     r.def.material = material;
     r.def.gravity = om_vec3(0, 0, 0);

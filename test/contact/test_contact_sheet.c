@@ -17,6 +17,7 @@ static OmTissueDef sheet_def(Rig* r, double thickness, int cells) {
     assert_ok(om_tet_mesh_box(om_vec3(-0.06, -0.06, 0), om_vec3(0.06, 0.06, thickness), cells,
                               cells, 1, &r->mesh));
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &r->mesh);
+    def.element = OM_ELEMENT_LINEAR;
     def.solver.nworker = 1;
     def.solver.tolerance = 1e-5;
     return def;

@@ -160,6 +160,7 @@ static void compare_case(const CalculixCase* c, OmMaterial material) {
     double* u = calculix_load_field(c, r.mesh.nvert);
     OmVec3 f;
     r.def = om_tissue_default_def(om_fem_engine(), &r.mesh);
+    r.def.element = OM_ELEMENT_LINEAR;
     r.def.gravity = om_vec3(0, 0, 0);
     r.def.solver.nworker = 1;
     r.def.material_default = material;

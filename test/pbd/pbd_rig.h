@@ -19,6 +19,7 @@ static inline void pbd_sheet(PbdRig* p, double side) {
     p->pbd.has_self_collision = false;
     assert_ok(om_pbd_sample_sheet(side, side, 0.003, 0.003, &p->r.mesh, &p->pbd.particle_volume));
     p->r.def = om_tissue_default_def(om_fem_engine(), &p->r.mesh);
+    p->r.def.element = OM_ELEMENT_LINEAR;
     p->r.def.solver.nworker = 1;
 }
 

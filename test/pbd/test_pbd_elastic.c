@@ -152,6 +152,7 @@ static void test_lengths(void** state) {
     memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
     assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
     p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
+    p.r.def.element = OM_ELEMENT_LINEAR;
     p.r.def.gravity = om_vec3(0, 0, 0);
     p.r.def.rayleigh_mass = 20;
     p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
@@ -187,6 +188,7 @@ static void test_shared_lengths(void** state) {
         memcpy(p.r.mesh.tet_vert, (int[8]){0, 1, 2, 3, 0, 4, 5, 3}, 8 * sizeof(int));
         assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[5]){0, 1, 2, 4, 5}, 5));
         p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
+        p.r.def.element = OM_ELEMENT_LINEAR;
         p.r.def.gravity = om_vec3(0, 0, 0);
         p.r.def.rayleigh_mass = 20;
         p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
@@ -216,6 +218,7 @@ static void test_volume_stiffness(void** state) {
         memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
         assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
         p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
+        p.r.def.element = OM_ELEMENT_LINEAR;
         p.r.def.gravity = om_vec3(0, 0, 0);
         p.r.def.rayleigh_mass = 20;
         p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);

@@ -13,6 +13,7 @@ static void make_cube(PbdRig* p, double side) {
     om_surface_done(&skin);
     om_tet_mesh_done(&box);
     p->r.def = om_tissue_default_def(om_fem_engine(), &p->r.mesh);
+    p->r.def.element = OM_ELEMENT_LINEAR;
     p->r.def.solver.nworker = 1;
 }
 

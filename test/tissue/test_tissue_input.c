@@ -2,6 +2,7 @@
 #include "test_rig.h"
 
 #include "omentum/heuristic.h"
+#include "omentum/pbd.h"
 
 typedef void (*Spoil)(TestRig* r);
 
@@ -40,6 +41,10 @@ static void fem_file(TestRig* r) {
 }
 static void chain_quadratic(TestRig* r) {
     r->def.engine = om_chain_engine();
+    r->def.element = OM_ELEMENT_QUADRATIC;
+}
+static void pbd_quadratic(TestRig* r) {
+    r->def.engine = om_pbd_engine();
     r->def.element = OM_ELEMENT_QUADRATIC;
 }
 static void null_engine(TestRig* r) { r->def.engine = NULL; }
@@ -95,6 +100,7 @@ static void test_definitions(void** context) {
                 {both_kinds, "either assemble or step"},
                 {fem_file, "reads no file, but weights.safetensors"},
                 {chain_quadratic, "element: engine \"chainmail\" has no quadratic elements"},
+                {pbd_quadratic, "element: engine \"pbd\" has no quadratic elements"},
                 {null_engine, "engine"},
                 {poisson_half, "poisson is 0.5"},
                 {poisson_nan, "poisson"},

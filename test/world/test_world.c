@@ -476,6 +476,10 @@ static void test_materials_of_a_site(void** state) {
         assert_near_rel(total, 0.5 * (900 + 1800) * volume,
                         1e-9);  // half of a cell's elements each
         om_tissue_destroy(model);
+        site.role = OM_SITE_WORLD;  // the truth always has elements
+        assert_ok(om_body_make_tissue_def(&scene, &site, &parts, &def));
+        assert_true(def.element == OM_ELEMENT_QUADRATIC);
+        site.role = OM_SITE_TWIN;
     }
     OmBody* body[2];
     OmBodyReport report;
