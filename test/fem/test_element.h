@@ -274,4 +274,21 @@ static inline double cantilever_ratio(const ElementKind* kind, int cells, double
     return w / num / timoshenko(L, a, young, nu, g);
 }
 
+/// Of a sheet of 120 x 120 mm, attach the half below x = 60 mm, and a patch of 20 mm of the other half, raised by z.
+static inline void raise_patch(TestRig* r, double z, unsigned char* is_patch) {
+    const OmTetMesh* mesh = element_nodes(r);
+    int num = 0, *vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
+    double* anchor = om_alloc(3 * (size_t)mesh->nvert, sizeof *anchor);
+    for (int i = 0; i < mesh->nvert; ++i) {
+        OmVec3 p = om_load3(mesh->x, i);
+        is_patch[i] = p.x > 0.1 - 1e-9 && fabs(p.y - 0.06) < 0.01 + 1e-9;
+        if (p.x > 0.06 + 1e-9 && !is_patch[i]) continue;
+        if (is_patch[i]) p.z += z;
+        vert[num] = i;
+        om_store3(anchor, num++, p);
+    }
+    assert_ok(om_tissue_set_attachment(r->m, r->s, num, vert, anchor, NULL));
+    om_free(vert), om_free(anchor);
+}
+
 #endif

@@ -413,23 +413,6 @@ static double processor_time(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-// Attach the half below x = 60 mm, and a patch of 20 mm of the other half, raised by z.
-static void raise_patch(TestRig* r, double z, unsigned char* is_patch) {
-    const OmTetMesh* mesh = element_nodes(r);
-    int num = 0, *vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
-    double* anchor = om_alloc(3 * (size_t)mesh->nvert, sizeof *anchor);
-    for (int i = 0; i < mesh->nvert; ++i) {
-        OmVec3 p = om_load3(mesh->x, i);
-        is_patch[i] = p.x > 0.1 - 1e-9 && fabs(p.y - 0.06) < 0.01 + 1e-9;
-        if (p.x > 0.06 + 1e-9 && !is_patch[i]) continue;
-        if (is_patch[i]) p.z += z;
-        vert[num] = i;
-        om_store3(anchor, num++, p);
-    }
-    assert_ok(om_tissue_set_attachment(r->m, r->s, num, vert, anchor, NULL));
-    om_free(vert), om_free(anchor);
-}
-
 // A sheet of 120 x 120 x 8 mm without weight, lifted in steps of 20 ms and left to settle.
 static Lift lift(const ElementKind* kind, int n, int layers) {
     TestRig r;
