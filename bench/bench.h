@@ -10,18 +10,20 @@ typedef struct BenchOptions {
     bool is_quick;  // small sizes only, from --quick
 } BenchOptions;
 
+typedef enum BenchCompare { BENCH_MIN, BENCH_MEDIAN, BENCH_MEAN } BenchCompare;
+
 typedef struct BenchRow {  // one line of output; zero and null fields are left out
     const char* bench;     // name of the table's row
     const char* scene;     // what was computed on
     const char* work;      // what was computed
     int64_t size;          // elements, frames, states ...
     int nworker, steps, nrun;
-    double min_ms, median_ms;  // of one step, over the runs
-    double worst_ms;           // where it matters, as in planning
-    bool is_processor_time;    // without --processor, too
-    const char* reference;     // what the ratio compares with
-    double reference_ms;       // its time; printed with ratio = reference_ms / min_ms,
-                               // or / median_ms where worst_ms is given
+    double min_ms, median_ms, mean_ms, p99_ms,
+        worst_ms;            // of one step; p99_ms: 99 % take no longer
+    BenchCompare compares;   // the time that is compared with the reference and the goal
+    bool is_processor_time;  // without --processor, too
+    const char* reference;   // what the ratio compares with
+    double reference_ms;     // its time; ratio = reference_ms / the compared time
     double goal_ms;  // to be reached on the reference machine; goal_ratio = goal_ms / the same
     double iterations, residual;  // means over the steps, worst over the steps
     double solves;                // linear solves a step
@@ -33,12 +35,16 @@ typedef OmStatus (*BenchFn)(const BenchOptions* options);
 
 /// Seconds of the clock on the wall, or of processor time of all threads with --processor.
 double bench_now(void);
-/// Print the row as one JSON object a line.
+/// Print the row as one JSON object a line; with --table as a line of a table.
 OmStatus bench_print(const BenchRow* row);
 /// Box [0, size] of tetrahedra, cells[0] x cells[1] x cells[2] cubes, attached where coordinate `axis` is 0.
 OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh);
-/// Least and median of n times in s, as ms; sorts them.
+/// Minimum, median, mean, 99 % and worst of n times in s, as ms; sorts them.
 void bench_times(double* time, int n, BenchRow* row);
+/// The same of steps, each with the least of its times in all runs. `time` is overwritten.    (nrun x nstep)
+void bench_steps(double* time, int nrun, int nstep, BenchRow* row);
+/// Add ms to every time of the row.
+void bench_add(BenchRow* row, double ms);
 
 OmStatus bench_solve(const BenchOptions* options);           // bench_solve.c
 OmStatus bench_fem(const BenchOptions* options);             // bench_fem.c

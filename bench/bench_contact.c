@@ -84,8 +84,7 @@ static OmStatus measure(const Sheet* sheet, bool has_board, const BenchOptions* 
         OM_TRY_DONE(lift(sheet, has_board, time + (size_t)run * NSTEP, &row));
     }
     row.hash = om_tissue_state_hash(sheet->state);
-    bench_times(time, options->nrun * NSTEP, &row);
-    row.nrun = options->nrun;
+    bench_steps(time, options->nrun, NSTEP, &row);
     status = bench_print(&row);
 done:
     om_free(time);

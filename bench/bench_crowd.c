@@ -43,44 +43,42 @@ static void end_load(Load* load) {
     for (int k = 0; k < load->num; ++k) waitpid(load->pid[k], NULL, 0);
 }
 
-// Mean time of a call, s: the median of a short call may never meet a competitor.
-static OmStatus time_calls(WorkFn work, void* ctx, double* mean, int* num) {
-    double begin = om_clock_now(), now = begin;
-    *num = 0;
-    while (*num < NMOST && now - begin < LONG_ENOUGH) {
+// Times of calls, of this run or of that in `row` if its mean is less: the median of a short call may never meet a
+// competitor.
+static OmStatus time_calls(WorkFn work, void* ctx, BenchRow* row) {
+    double time[NMOST], begin = om_clock_now(), now = begin;
+    BenchRow run = *row;
+    int num = 0;
+    while (num < NMOST && now - begin < LONG_ENOUGH) {
+        double last = now;
         OM_TRY(work(ctx));
-        ++*num;
         now = om_clock_now();
+        time[num++] = now - last;
     }
-    *mean = (now - begin) / *num;
+    bench_times(time, num, &run);
+    run.steps = num;
+    if (row->steps == 0 || run.mean_ms < row->mean_ms) *row = run;
     return OM_OK;
 }
 
 static OmStatus compare(const char* scene, const char* what, int nworker, WorkFn work, void* ctx) {
-    double quiet = INFINITY, busy = INFINITY;
-    int num = 0;
+    BenchRow quiet = {0}, row = {.bench = "crowd",
+                                 .scene = scene,
+                                 .work = what,
+                                 .nworker = nworker,
+                                 .reference = "the same without load",
+                                 .compares = BENCH_MEAN};
     for (int run = 0; run < 2; ++run) {
-        double mean;
         Load load;
-        OM_TRY(time_calls(work, ctx, &mean, &num));
-        quiet = fmin(quiet, mean);
+        OM_TRY(time_calls(work, ctx, &quiet));
         start_load(&load);
-        OmStatus status = time_calls(work, ctx, &mean, &num);
+        OmStatus status = time_calls(work, ctx, &row);
         end_load(&load);
         if (status < 0) return status;
-        busy = fmin(busy, mean);
     }
-    BenchRow row = {.bench = "crowd",
-                    .scene = scene,
-                    .work = what,
-                    .nworker = nworker,
-                    .steps = num,
-                    .nrun = 2,
-                    .min_ms = 1e3 * busy,
-                    .median_ms = 1e3 * busy,
-                    .reference = "the same without load",
-                    .reference_ms = 1e3 * quiet,
-                    .goal_ms = GOAL * 1e3 * quiet};
+    row.nrun = 2;
+    row.reference_ms = quiet.mean_ms;
+    row.goal_ms = GOAL * quiet.mean_ms;
     return bench_print(&row);
 }
 

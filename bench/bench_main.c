@@ -1,7 +1,8 @@
-// bench_main.c: omentum_bench [--workers N] [--runs N] [--quick] [--processor] [--list] [NAME ...]
+// bench_main.c: omentum_bench [--workers N] [--runs N] [--quick] [--processor] [--table] [--list] [NAME ...]
 //
 // Runs the benchmarks whose names begin with one of NAMEs (all without any) and prints one JSON object a
-// line: scene, workers, steps, least and median time of N runs in ms, ratio to its reference, state hash.
+// line: scene, workers, steps, minimum, median, mean, 99 % and worst of N runs in ms, ratio to its reference, state
+// hash. --table prints a table of these times instead.
 //
 // --processor counts processor time of all threads in place of time on the wall: for machines that others use. Take
 // one worker with it.
@@ -40,7 +41,7 @@ static const struct {
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
-static bool is_processor_time;
+static bool is_processor_time, is_table;
 
 double bench_now(void) {
     return is_processor_time ? (double)clock() / CLOCKS_PER_SEC : om_clock_now();
@@ -57,7 +58,21 @@ OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh) {
     return status;
 }
 
+static OmStatus print_table_row(const BenchRow* row) {
+    static bool has_head;
+    if (!has_head)
+        printf("%9s %9s %9s %9s %9s  %s\n", "min ms", "median", "mean", "99 %", "worst",
+               "what, size, workers");
+    has_head = true;
+    printf("%9.4g %9.4g %9.4g %9.4g %9.4g  %s: %s: %s, %lld, %d\n", row->min_ms, row->median_ms,
+           row->mean_ms, row->p99_ms, row->worst_ms, row->bench, row->scene, row->work,
+           (long long)row->size, row->nworker);
+    fflush(stdout);
+    return OM_OK;
+}
+
 OmStatus bench_print(const BenchRow* row) {
+    if (is_table) return print_table_row(row);
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -71,8 +86,12 @@ OmStatus bench_print(const BenchRow* row) {
     om_json_integer(&json, "runs", row->nrun);
     om_json_number(&json, "min_ms", row->min_ms);
     om_json_number(&json, "median_ms", row->median_ms);
-    if (row->worst_ms > 0) om_json_number(&json, "worst_ms", row->worst_ms);
-    double compared_ms = row->worst_ms > 0 ? row->median_ms : row->min_ms;
+    om_json_number(&json, "mean_ms", row->mean_ms);
+    om_json_number(&json, "p99_ms", row->p99_ms);
+    om_json_number(&json, "worst_ms", row->worst_ms);
+    double compared_ms = row->compares == BENCH_MEDIAN ? row->median_ms
+                         : row->compares == BENCH_MEAN ? row->mean_ms
+                                                       : row->min_ms;
     if (row->reference) {
         om_json_string(&json, "reference", row->reference);
         om_json_number(&json, "reference_ms", row->reference_ms);
@@ -116,6 +135,26 @@ void bench_times(double* time, int n, BenchRow* row) {
     row->nrun = n;
     row->min_ms = 1e3 * time[0];
     row->median_ms = 1e3 * (n % 2 ? time[n / 2] : 0.5 * (time[n / 2 - 1] + time[n / 2]));
+    row->mean_ms = 0;
+    for (int k = 0; k < n; ++k) row->mean_ms += 1e3 * time[k] / n;
+    row->p99_ms = 1e3 * time[(99 * (int64_t)n + 99) / 100 - 1];
+    row->worst_ms = 1e3 * time[n - 1];
+}
+
+void bench_steps(double* time, int nrun, int nstep, BenchRow* row) {
+    for (int run = 1; run < nrun; ++run)
+        for (int step = 0; step < nstep; ++step)
+            time[step] = fmin(time[step], time[(size_t)run * (size_t)nstep + (size_t)step]);
+    bench_times(time, nstep, row);
+    row->nrun = nrun;
+}
+
+void bench_add(BenchRow* row, double ms) {
+    row->min_ms += ms;
+    row->median_ms += ms;
+    row->mean_ms += ms;
+    row->p99_ms += ms;
+    row->worst_ms += ms;
 }
 
 static bool is_wanted(const char* name, int nname, char** names) {
@@ -127,7 +166,8 @@ static bool is_wanted(const char* name, int nname, char** names) {
 static int say_usage(void) {
     fprintf(
         stderr,
-        "usage: omentum_bench [--workers N] [--runs N] [--quick] [--processor] [--list] [NAME ...]\n"
+        "usage: omentum_bench [--workers N] [--runs N] [--quick] [--processor] [--table] [--list] "
+        "[NAME ...]\n"
         "names begin with one of those that --list prints\n");
     return 2;
 }
@@ -152,6 +192,8 @@ int main(int argc, char** argv) {
             options.nrun = atoi(argv[++arg]);
         } else if (strcmp(argv[arg], "--processor") == 0) {
             is_processor_time = true;
+        } else if (strcmp(argv[arg], "--table") == 0) {
+            is_table = true;
         } else if (strcmp(argv[arg], "--list") == 0) {
             for (int k = 0; k < NBENCH; ++k) puts(bench_table[k].name);
             return 0;

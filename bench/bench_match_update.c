@@ -186,8 +186,7 @@ static OmStatus time_joint(Lifted* f, const BenchOptions* options, double* time,
     OM_TRY_DONE(bench_print(&row));
     set_whole_way(&row, "the picture, correspondence and network alone");
     bench_times(first, options->nrun, &row);
-    row.min_ms += scan_ms;
-    row.median_ms += scan_ms;
+    bench_add(&row, scan_ms);
     OM_TRY_DONE(bench_print(&row));
     OM_TRY_DONE(time_runs_beside_twin(f, options, updater, time, first, &estimate));
     row = update_row(f, options, &estimate,
@@ -219,8 +218,7 @@ static OmStatus time_update(Lifted* f, const BenchOptions* options, double* time
     bench_times(time, options->nrun, &row);
     status = bench_print(&row);
     set_whole_way(&row, "from the picture to attachments: the sum of both");
-    row.min_ms += scan_ms;
-    row.median_ms += scan_ms;
+    bench_add(&row, scan_ms);
     if (status == OM_OK) status = bench_print(&row);
     om_match_estimate_done(&estimate);
     return status;

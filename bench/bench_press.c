@@ -127,24 +127,6 @@ static OmStatus press_once(Bed* bed, double* time, BenchRow* row, Outcome* out) 
     return OM_OK;
 }
 
-// Steps differ, from one contact to all: the mean over the steps, of the least time of each in all runs, and the
-// median of the runs' means.
-static void mean_times(double* time, int nrun, BenchRow* row) {
-    double best = 0;
-    for (int step = 0; step < NSTEP; ++step) {
-        double min = time[step];
-        for (int run = 1; run < nrun; ++run) min = fmin(min, time[run * NSTEP + step]);
-        best += min / NSTEP;
-    }
-    for (int run = 0; run < nrun; ++run) {
-        double sum = 0;
-        for (int step = 0; step < NSTEP; ++step) sum += time[run * NSTEP + step];
-        time[run] = sum / NSTEP;  // run <= its first step
-    }
-    bench_times(time, nrun, row);
-    row->min_ms = 1e3 * best;
-}
-
 static OmStatus measure(int k, int way, const BenchOptions* options) {
     OmPressMethod method = way_table[way].method;
     const int* n = scene_table[k].cells;
@@ -177,7 +159,8 @@ static OmStatus measure(int k, int way, const BenchOptions* options) {
              1e3 * out.worst_penetration);
     row.hash = om_tissue_state_hash(bed.state);
     row.bytes_per_element = (double)om_tissue_memory(bed.model, bed.work) / bed.mesh.ntet;
-    mean_times(time, options->nrun, &row);
+    bench_steps(time, options->nrun, NSTEP, &row);
+    row.compares = BENCH_MEAN;  // steps differ, from one contact to all
     status = bench_print(&row);
 done:
     bed_done(&bed);
