@@ -28,6 +28,9 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     double iterations, residual;  // means over the steps, worst over the steps
     double solves;                // linear solves a step
     double bytes_per_element;
+    bool is_stall;  // print worst over median and the next three, also where they are zero
+    double not_ok;  // % of the steps whose status is not OM_OK
+    double worst_iterations, worst_substeps;  // of a step
     uint64_t hash;  // of the final state
 } BenchRow;
 
@@ -51,6 +54,11 @@ OmStatus bench_fem(const BenchOptions* options);             // bench_fem.c
 OmStatus bench_static(const BenchOptions* options);          // bench_static.c
 OmStatus bench_contact(const BenchOptions* options);         // bench_contact.c
 OmStatus bench_press(const BenchOptions* options);           // bench_press.c
+OmStatus bench_stall_lift(const BenchOptions* options);      // bench_stall.c
+OmStatus bench_stall_hold(const BenchOptions* options);
+OmStatus bench_stall_drop(const BenchOptions* options);
+OmStatus bench_stall_press(const BenchOptions* options);
+OmStatus bench_stall_fold(const BenchOptions* options);
 OmStatus bench_pbd(const BenchOptions* options);             // bench_pbd.c
 OmStatus bench_heuristic(const BenchOptions* options);       // bench_heuristic.c
 OmStatus bench_shape(const BenchOptions* options);           // bench_shape.c

@@ -23,6 +23,11 @@ static const struct {
     {"static", bench_static},
     {"contact", bench_contact},
     {"press", bench_press},
+    {"stall_lift", bench_stall_lift},
+    {"stall_hold", bench_stall_hold},
+    {"stall_drop", bench_stall_drop},
+    {"stall_press", bench_stall_press},
+    {"stall_fold", bench_stall_fold},
     {"shape", bench_shape},
     {"plan", bench_plan},
     {"sense", bench_sense},
@@ -64,9 +69,14 @@ static OmStatus print_table_row(const BenchRow* row) {
         printf("%9s %9s %9s %9s %9s  %s\n", "min ms", "median", "mean", "99 %", "worst",
                "what, size, workers");
     has_head = true;
-    printf("%9.4g %9.4g %9.4g %9.4g %9.4g  %s: %s: %s, %lld, %d\n", row->min_ms, row->median_ms,
+    printf("%9.4g %9.4g %9.4g %9.4g %9.4g  %s: %s: %s, %lld, %d", row->min_ms, row->median_ms,
            row->mean_ms, row->p99_ms, row->worst_ms, row->bench, row->scene, row->work,
            (long long)row->size, row->nworker);
+    if (row->is_stall)
+        printf("; worst / median %.3g, %.3g %% not OK, at most %.0f iterations, %.0f substeps",
+               row->worst_ms / row->median_ms, row->not_ok, row->worst_iterations,
+               row->worst_substeps);
+    putchar('\n');
     fflush(stdout);
     return OM_OK;
 }
@@ -106,6 +116,12 @@ OmStatus bench_print(const BenchRow* row) {
     if (row->residual > 0) om_json_number(&json, "residual", row->residual);
     if (row->bytes_per_element > 0)
         om_json_number(&json, "bytes_per_element", row->bytes_per_element);
+    if (row->is_stall) {
+        om_json_number(&json, "worst_over_median", row->worst_ms / row->median_ms);
+        om_json_number(&json, "not_ok_percent", row->not_ok);
+        om_json_number(&json, "worst_iterations", row->worst_iterations);
+        om_json_number(&json, "worst_substeps", row->worst_substeps);
+    }
     char hash[32];
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)row->hash);
     if (row->hash) om_json_string(&json, "hash", hash);
