@@ -31,7 +31,7 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     bool is_stall;  // print worst over median and the next three, also where they are zero
     double not_ok;  // % of the steps whose status is not OM_OK
     double worst_iterations, worst_substeps;  // of a step
-    uint64_t hash;  // of the final state
+    uint64_t hash;                            // of the final state
 } BenchRow;
 
 typedef OmStatus (*BenchFn)(const BenchOptions* options);
@@ -49,12 +49,12 @@ void bench_steps(double* time, int nrun, int nstep, BenchRow* row);
 /// Add ms to every time of the row.
 void bench_add(BenchRow* row, double ms);
 
-OmStatus bench_solve(const BenchOptions* options);           // bench_solve.c
-OmStatus bench_fem(const BenchOptions* options);             // bench_fem.c
-OmStatus bench_static(const BenchOptions* options);          // bench_static.c
-OmStatus bench_contact(const BenchOptions* options);         // bench_contact.c
-OmStatus bench_press(const BenchOptions* options);           // bench_press.c
-OmStatus bench_stall_lift(const BenchOptions* options);      // bench_stall.c
+OmStatus bench_solve(const BenchOptions* options);       // bench_solve.c
+OmStatus bench_fem(const BenchOptions* options);         // bench_fem.c
+OmStatus bench_static(const BenchOptions* options);      // bench_static.c
+OmStatus bench_contact(const BenchOptions* options);     // bench_contact.c
+OmStatus bench_press(const BenchOptions* options);       // bench_press.c
+OmStatus bench_stall_lift(const BenchOptions* options);  // bench_stall.c
 OmStatus bench_stall_hold(const BenchOptions* options);
 OmStatus bench_stall_drop(const BenchOptions* options);
 OmStatus bench_stall_press(const BenchOptions* options);

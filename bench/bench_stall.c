@@ -25,10 +25,10 @@ enum { LIFT, HOLD, DROP, PRESS, FOLD };
 
 typedef struct Scene {
     const char* name;
-    OmVec3 size;  // m
+    OmVec3 size;      // m
     int cells[2][3];  // of linear and of quadratic elements
-    int axis;      // attached where this coordinate is 0; -1: free
-    double young;  // Pa
+    int axis;         // attached where this coordinate is 0; -1: free
+    double young;     // Pa
 } Scene;
 
 static const Scene scene_table[] = {

@@ -61,6 +61,9 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     const double* attachment_springs;
     int max_newton;  // 1: one linearisation (thesis (3.5)); > 1: maximum of Newton's iterations; default 1
     double newton_tolerance;  // relative to the residual at the first linearisation; default 1e-3
+    // Largest work of a step with all its substeps and Newton iterations, in CG iterations; each solve counts ten more
+    // for its matrix and its checks. Then the step ends with OM_NOT_CONVERGED. At least 1; default 20000.
+    int max_work;
     // OM_ELEMENT_QUADRATIC, default of om_fem_engine: om_tissue_mesh, so each array of vertices, has midpoints of edges
     // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held still.
     // Other engines accept OM_ELEMENT_LINEAR alone, their default.
@@ -182,6 +185,7 @@ typedef struct OmTissueReport {
     int ninverted;
     // J, largest rise of energy in a substep beyond the work done and rounding.
     double energy_gain;
+    bool is_work_spent;  // the step reached def.max_work: OM_NOT_CONVERGED
     // An accepted substep crushes an element or gains energy; of a network: the input is unlike its training data.
     bool is_unguarded;
 } OmTissueReport;
@@ -193,11 +197,12 @@ OM_API void om_tissue_work_destroy(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
 /// the step flattens or inverts no element, and the energy rises by no more than the work done on the tissue and 1 %.
 /// A step that breaks a rule is solved again by Newton's method with line search. With contact, or if that fails too,
-/// the step is cut: to h / 1024, or to h / 4 if every crushed element has a law with finite energy at det F = 0.
+/// the step is cut: to h / 1024, or to h / 4 if every crushed element has a law with finite energy at det F = 0. When
+/// def.max_work is spent, what is left of the step is one more substep, held back as far as the rules require.
 /// @param report  may be null
 /// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate: an iteration stopped early, elements are
-///         inverted, or energy was gained; the message says which, the report how much); OM_INVALID (a bad argument,
-///         or the step cannot be solved: the message has the reason; state unchanged)
+///         inverted, energy was gained, or the work is spent; the message says which, the report how much);
+///         OM_INVALID (a bad argument, or the step cannot be solved: the message has the reason; state unchanged)
 OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
                                double h, OmTissueReport* report);
 

@@ -119,6 +119,7 @@ struct OmTissueWork {
     OmBsr A;
     OmSolver* solver;
     double h;              // s, of the step begun; 0 outside a step
+    int64_t work;          // CG iterations of this step, and SOLVE_WORK for each solve
     double share;          // fraction of the motion to the tools' goals in this step; 1 unless cut
     bool is_fresh;         // no solve since begin_step
     bool is_stale;         // A was assembled again since the solver's last refresh
@@ -148,30 +149,15 @@ struct OmTissueWork {
     void* backup;                  // copy of a state, for steps that are cut
 };
 
+/// True if the step may not continue its iterations.
+static inline bool om__is_spent(const OmTissueModel* m, const OmTissueWork* w) {
+    return w->work >= m->def.max_work;
+}
+
 // ---- tissue_engine.c ------------------------------------------------------------------------------
 
 /// @return OM_OK; OM_INVALID (a table without a function that it needs, or of another version)
 OmStatus om__engine_check(const OmTissueEngine* engine);
-
-// ---- tissue_newton.c ------------------------------------------------------------------------------
-
-typedef struct OmNewton {
-    double tolerance;    // of the norm of the residual, relative to `scale`
-    double scale;        // N; 0: the norm of the residual at the beginning
-    int max_iterations;  //
-    bool predicts;       // start with iterations of the corotational law
-    OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
-    void* ctx;           //
-    // out: the residual is at the level of rounding; shorter steps do not help
-    bool is_at_floor;
-} OmNewton;
-
-/// Solve a step by Newton's method; the solution is w->dv. The step has begun and, unless in statics, was solved once.
-/// @return OM_OK; OM_NOT_CONVERGED (w->dv is the last iterate); errors of the solve
-OmStatus om__newton(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
-                    OmNewton* newton, OmTissueReport* report);
-/// Norm of the residual at the beginning of a step that has been solved once.
-double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 
 // ---- tissue_guard.c -------------------------------------------------------------------------------
 
@@ -189,6 +175,15 @@ typedef struct OmGuard {  // checks of the outcome of a step
 /// @param is_solved  Newton's method converged: the lower limit of det F is then smaller
 OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                        double share, bool is_solved);
+/// Where a linear solve stopped early, r = rhs - A dv is an impulse that is missing, and it works: -r.d / h, d the
+/// displacement. If this work is why the energy rises too much, dv moves to the best solution along the velocity and dv
+/// at free vertices: there r.d = 0, and the energy of the linear system is lower. w->from, start, trial, x_end and
+/// v_end are overwritten.
+/// @param guard   of the same dv
+/// @param growth  out, if true: factor of |r|; above 1 only if no tolerance is required
+/// @return false: dv is unchanged
+bool om__guard_project(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                       const OmGuard* guard, double* growth);
 /// The check of elements alone, for any velocity change: true if it crushes one. w->x_end is overwritten.
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);
@@ -196,6 +191,34 @@ bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmT
 OmStatus om__guard_refuse(const OmGuard* guard);
 /// Row i of A times dv.
 OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i);
+
+// ---- tissue_newton.c ------------------------------------------------------------------------------
+
+typedef struct OmNewton {
+    double tolerance;    // of the norm of the residual, relative to `scale`
+    double scale;        // N; 0: the norm of the residual at the beginning
+    int max_iterations;  //
+    bool predicts;       // start with iterations of the corotational law
+    OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
+    void* ctx;           //
+    // of the whole step; above 0: stop at the first iterate that breaks no rule of tissue_guard.c and inverts nothing
+    double share;
+    // out: the residual is at the level of rounding; shorter steps do not help
+    bool is_at_floor;
+    bool is_guarded;  // out: `guard` is that of the solution
+    OmGuard guard;    // out
+} OmNewton;
+
+/// Solve a step by Newton's method; the solution is w->dv. The step has begun and, unless in statics, was solved once.
+/// @return OM_OK; OM_NOT_CONVERGED (w->dv is the last iterate); errors of the solve
+OmStatus om__newton(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
+                    OmNewton* newton, OmTissueReport* report);
+/// Solve the step once more, linearised at the velocity change w->dv, with the projected tangent, no line search.
+/// @return as om_tissue_solve_step
+OmStatus om__relinearise(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
+                         OmTissueReport* report);
+/// Norm of the residual at the beginning of a step that has been solved once.
+double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 
 // ---- tissue_point.c -------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ OmTissueDef om_tissue_default_def(const OmTissueEngine* engine, const OmTetMesh*
                        .gravity = {0, 0, -9.81},
                        .max_newton = 1,
                        .newton_tolerance = 1e-3,
+                       .max_work = 20000,
                        .element = engine && engine->has_quadratic ? OM_ELEMENT_QUADRATIC
                                                                   : OM_ELEMENT_LINEAR,
                        .solver = om_solver_default_def(),
@@ -58,6 +59,8 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->max_newton >= 1 && def->max_newton <= 1000, OM_INVALID,
              "tissue: max_newton is %d; it must be from 1 (one linearisation a step) to 1000",
              def->max_newton);
+    OM_CHECK(def->max_work >= 1, OM_INVALID, "tissue: max_work is %d; it must be at least 1",
+             def->max_work);
     OM_CHECK(def->newton_tolerance > 0 && def->newton_tolerance < 1, OM_INVALID,
              "tissue: newton_tolerance is %g; it must be in (0, 1)", def->newton_tolerance);
     OM_TRY(om__engine_check(def->engine));

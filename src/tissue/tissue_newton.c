@@ -26,9 +26,11 @@
 #define STALE 4         // iterations without a lower residual: the residual is at rounding level
 #define USEFUL 1e-3     // relative to the residual's scale; the level of rounding must be below
 #define ROUNDING 1e-15  // of positions, relative
-#define STILL 1e3       // a body with an initial residual below STILL times rounding is at rest
-#define NPREDICT 8      // maximum iterations of the predictor
-#define PREDICTED 0.1   // relative to the first change; below it the predictor has converged
+// Of sum V mu: rounding of Phi. Smaller changes do not tell whether a step is good.
+#define ENERGY_ROUNDING 1e-15
+#define STILL 1e3      // a body with an initial residual below STILL times rounding is at rest
+#define NPREDICT 8     // maximum iterations of the predictor
+#define PREDICTED 0.1  // relative to the first change; below it the predictor has converged
 
 // Phi at a velocity change, without elastic damping. Sets w->x_end, w->v_end and w->elastic for that velocity change.
 static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
@@ -143,12 +145,13 @@ static double measure_way(const OmTissueModel* m, OmTissueWork* w, const double*
 static OmStatus search_line(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                             bool has_contact, double slope, double* potential, double* share) {
     size_t n3 = 3 * (size_t)w->nvert;
-    double begin = *potential, t = 1;
+    double begin = *potential, t = 1,
+           rounding = 1e-13 * fabs(begin) + ENERGY_ROUNDING * m->total_mu;
     for (;; t *= 0.5) {
         for (size_t n = 0; n < n3; ++n) w->trial[n] = w->from[n] + t * (w->dv[n] - w->from[n]);
         OM_TRY(eval_potential(m, s, w, w->trial, potential));
         bool is_last = t <= MIN_STEP;
-        bool is_low = *potential <= begin + ARMIJO * t * slope + 1e-13 * fabs(begin);
+        bool is_low = *potential <= begin + ARMIJO * t * slope + rounding;
         if (is_last || (has_contact ? !om__is_crushing(m, s, w, w->trial) : is_low)) break;
     }
     memcpy(w->dv, w->trial, n3 * sizeof *w->dv);
@@ -165,8 +168,12 @@ static OmStatus choose_start(const OmTissueModel* m, const OmTissueState* s, OmT
         double solved;
         OM_TRY(eval_potential(m, s, w, w->from, potential));
         OM_TRY(eval_potential(m, s, w, w->dv, &solved));
-        if (has_contact ? !om__is_crushing(m, s, w, w->dv) : solved < *potential)
-            memcpy(w->from, w->dv, 3 * (size_t)w->nvert * sizeof *w->dv);
+        bool is_solved = has_contact ? !om__is_crushing(m, s, w, w->dv) : solved < *potential;
+        if (is_solved) memcpy(w->from, w->dv, 3 * (size_t)w->nvert * sizeof *w->dv);
+        if (is_solved && !has_contact) {  // the last trial is the start
+            *potential = solved;
+            return OM_OK;
+        }
     }
     return eval_potential(m, s, w, w->from, potential);
 }
@@ -271,7 +278,8 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
     if (newton->predicts) OM_TRY(predict(m, s, w, &potential, report));
     for (int k = 0; k <= newton->max_iterations; ++k) {
         // With contact the forces of the last solve remain in A and rhs: the guard needs them.
-        if (has_contact && (k == newton->max_iterations || t <= MIN_STEP)) break;
+        bool is_last = k == newton->max_iterations || t <= MIN_STEP || om__is_spent(m, w);
+        if (has_contact && is_last) break;
         OM_TRY(linearise(m, s, w, w->from, is_exact, &norm));
         if (!has_contact) report->newton_residual = scale > 0 ? norm / scale : 0;
         memcpy(w->dv, w->from, 3 * (size_t)w->nvert * sizeof *w->dv);
@@ -284,7 +292,16 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
         if (!has_contact && norm <= enough) return stop_at_floor(newton, report);
         if (!has_contact && is_at_floor(&progress, norm, scale))
             return stop_at_floor(newton, report);
-        if (k == newton->max_iterations || t <= MIN_STEP) break;
+        if (k > 0 && newton->share > 0) {
+            newton->guard = om__guard_step(m, s, w, newton->share, false);
+            newton->is_guarded = !newton->guard.is_bad && newton->guard.ninverted == 0;
+            if (newton->is_guarded) return OM_OK;
+            for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n)
+                w->v_end[n] /= w->h;  // velocities again
+        }
+        if (!has_contact && t <= MIN_STEP && norm <= USEFUL * scale)
+            return stop_at_floor(newton, report);
+        if (is_last) break;
         // Contact forces appear only in the linearised problem, so only its residual measures the balance of forces.
         // Each linear solve therefore reaches the tolerance; with looser solves the active set cycled.
         double left = has_contact ? 0.5 * enough : FORCING * norm;
@@ -307,6 +324,33 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
                     report->newton_residual, report->newton);
 }
 
+OmStatus om__relinearise(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                         OmTissueReport* report) {
+    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    double h = w->h, beta = m->def.rayleigh_stiffness;
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) {
+        w->v_end[n] = v[n] + w->dv[n];
+        w->x_end[n] = x[n] + h * w->v_end[n];
+    }
+    OmAssembly at = {.x = w->x_end,
+                     .v = w->v_end,
+                     .mass = 1 + h * m->def.rayleigh_mass,
+                     .stiffness = h * h + h * beta,
+                     .force = h,
+                     .lag = beta,
+                     .spring = h * h};
+    om_tissue_clear_forces(w);
+    OM_TRY(m->engine->assemble(m, s, w, &at));
+    om_bsr_apply(&w->A, m->def.solver.nworker, w->dv, w->trial);
+    for (int i = 0; i < w->nvert; ++i) {
+        OmVec3 b = om_madd(om_load3(w->b, i), -m->mass[i], om_load3(w->dv, i));
+        om_store3(w->b, i, om_add(b, om_load3(w->trial, i)));
+    }
+    w->is_stale = true;
+    ++report->newton;
+    return om_tissue_solve_step(m, s, w, report);
+}
+
 double om__newton_scale(const OmTissueModel* m, OmTissueWork* w) {
     double slope;
     for (int i = 0; i < w->nvert; ++i)
@@ -324,6 +368,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
              "second at least 1",
              tolerance, max_iterations);
     double time = s->time;
+    w->work = INT64_MIN;  // max_iterations alone bounds it
     memcpy(w->backup, s, om__state_bytes(s));
     memset(om__state_array(s, OM__V), 0, 3 * (size_t)w->nvert * sizeof(double));
     w->is_static = true;

@@ -2,11 +2,13 @@
 //
 // An engine assembles A and b. Prescribed vertices have a known velocity change, dv = (x_goal - x) / h - v, and are
 // eliminated from the system. Forces added between solves (contact) enter A and b. The force of a tool is the residual
-// of the rows of its vertices, f_tool = (A dv - b) / h, inertia included. A step that fails is halved, and substeps
-// become longer again after successes. If a step with contact inverts an element, it is halved before Newton's method
-// is tried: with contact there is no potential to minimise. Where tissue separates from a probe, Newton's method failed
-// after 16 s (26,000 elements), and shorter steps took a twentieth of that time. The shortest substep is h / 1024, for
-// which inertia dominates: at h / 64, elements of a mesh of 177,000 still inverted.
+// of the rows of its vertices, f_tool = (A dv - b) / h, inertia included. A step that breaks a rule of tissue_guard.c
+// is mended: the work of its residual is removed, then it is linearised once more, then Newton's method continues, up
+// to the first iterate that keeps the rules. A step that fails is halved, and substeps become longer again after
+// successes. If a step with contact inverts an element, it is halved before Newton's method is tried: with contact
+// there is no potential to minimise. Where tissue separates from a probe, Newton's method failed after 16 s (26,000
+// elements), and shorter steps took a twentieth of that time. The shortest substep is h / 1024, for which inertia
+// dominates: at h / 64, elements of a mesh of 177,000 still inverted.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
@@ -15,7 +17,8 @@
 // Of h, the shortest substep for elements without a barrier.
 #define SOFT_SHARE (1.0 / 4)
 #define QUADRATIC_BOUND \
-    6  // OmSolverDef.row_bound; test_fem_quadratic measures 5.1 of single elements
+    6                  // OmSolverDef.row_bound; test_fem_quadratic measures 5.1 of single elements
+#define SOLVE_WORK 10  // CG iterations that take as long as assembly, preconditioner and checks
 #define GUARD_NEWTON 20  // iterations for a step that breaks a rule of tissue_guard.c
 // Substeps that must succeed before a longer one is tried; doubled if that fails, up to the second.
 #define NLENGTHEN 2
@@ -227,6 +230,7 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
     OM_CHECK(status != OM_NOT_SPD && isfinite(sum), OM_INVALID,
              "tissue: the linear system of this step has no finite solution");
     w->is_fresh = false;
+    w->work += info.iterations + SOLVE_WORK;
     if (report) {
         report->iterations += info.iterations;
         report->residual = fmax(report->residual, info.residual);
@@ -332,6 +336,36 @@ static bool is_refused(const OmGuard* g, double share) {
     return g->is_bad && share >= 2 * shortest_share(g);
 }
 
+// A step that broke a rule, without contact and inverted elements: cheaper remedies than Newton's method, which is to
+// follow if the guard is still bad. Inverted elements come back only with its line search.
+static OmStatus mend(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double share,
+                     OmGuard* guard, OmStatus* status, OmTissueReport* report) {
+    for (int turn = 0; turn < 2; ++turn) {
+        double growth;
+        if (guard->ncrushed == 0 && om__guard_project(m, s, w, guard, &growth)) {
+            *guard = om__guard_step(m, s, w, share, false);
+            report->residual *= fmax(1, growth);
+        }
+        if (!guard->is_bad || turn == 1 || om__is_spent(m, w)) break;
+        *status = om__relinearise(m, s, w, report);
+        if (*status < 0) return *status;
+        *guard = om__guard_step(m, s, w, share, false);
+    }
+    return OM_OK;
+}
+
+// The displacement of free vertices is halved until the step breaks no rule; at last they stop where they are.
+static void hold_back(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w, double share,
+                      OmGuard* guard) {
+    const double* v = om__state_array(s, OM__V);
+    for (double left = 0.5; guard->is_bad; left = left > 0.1 ? 0.5 * left : 0) {
+        for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n)
+            if (!w->fixed[n]) w->dv[n] = (left > 0 ? 0.5 : 0) * (v[n] + w->dv[n]) - v[n];
+        *guard = om__guard_step(m, s, w, share, false);
+        if (left <= 0) break;
+    }
+}
+
 // share: fraction of the whole step.
 static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
                          double share, const Solve* solve, OmTissueReport* report) {
@@ -340,17 +374,21 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
     OmGuard guard = om__guard_step(m, s, w, share, false);
+    if (guard.is_bad && guard.ninverted == 0 && m->def.max_newton <= 1 && !solve->fn)
+        OM_TRY(mend(m, s, w, share, &guard, &status, report));
     // Newton's method helps little with contact, and where the energy of an inverted element is not smooth.
     bool is_creased = guard.nbarrier == 0 && guard.ninverted > 0 && share < 2 * SOFT_SHARE;
     bool is_cut = guard.is_bad && m->def.max_newton <= 1 && (solve->fn || is_creased);
-    if (is_cut && is_refused(&guard, share)) return om__guard_refuse(&guard);
-    if (m->def.max_newton > 1 || (guard.is_bad && !is_cut)) {
+    bool is_spent = om__is_spent(m, w), is_short = is_spent && m->def.max_newton > 1;
+    if (is_cut && !is_spent && is_refused(&guard, share)) return om__guard_refuse(&guard);
+    if (!is_spent && (m->def.max_newton > 1 || (guard.is_bad && !is_cut))) {
         OmNewton newton = {.tolerance = m->def.newton_tolerance,
                            .scale = om__newton_scale(m, w),
                            .max_iterations =
                                m->def.max_newton > 1 ? m->def.max_newton : GUARD_NEWTON,
                            .fn = solve->fn,
-                           .ctx = solve->ctx};
+                           .ctx = solve->ctx,
+                           .share = m->def.max_newton > 1 || solve->fn ? 0 : share};
         // The tolerances of Newton's linear solves refer to decreasing norms: the criterion is
         // Newton's own residual.
         double linear = report->residual, worst = report->newton_residual;
@@ -360,11 +398,15 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
         // om__newton has set the message if it did not converge
-        guard = om__guard_step(m, s, w, share, is_useful);
-        bool is_last = share < 2 * shortest_share(&guard);
+        guard = newton.is_guarded ? newton.guard : om__guard_step(m, s, w, share, is_useful);
+        is_spent = om__is_spent(m, w);
+        is_short = is_spent && !is_useful;
+        bool is_last = is_spent || share < 2 * shortest_share(&guard);
         if (!is_last && !is_useful) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
-        if (is_refused(&guard, share)) return om__guard_refuse(&guard);
+        if (!is_spent && is_refused(&guard, share)) return om__guard_refuse(&guard);
     }
+    report->is_work_spent |= is_short || (is_spent && guard.is_bad);
+    if (is_spent && guard.is_bad) hold_back(m, s, w, share, &guard);
     OM_TRY(om_tissue_end_step(m, s, w));
     ++report->substeps;
     return judge(&guard, status, report);
@@ -383,11 +425,12 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
     if (m->engine->step) return m->engine->step(m, s, w, h, 0, NULL, report);
     OmStatus outcome = OM_OK;
     Solve solve = {fn, ctx};
+    w->work = 0;
     double left = h, part = h;
     bool is_cut = false;
     int ngood = 0, need = NLENGTHEN;
     while (left > 1e-9 * h) {
-        part = fmin(part, left);
+        part = om__is_spent(m, w) ? left : fmin(part, left);
         w->share = part / left;
         double residual = report->residual, newton_residual = report->newton_residual;
         double gain = report->energy_gain;
@@ -412,9 +455,15 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         memcpy((void*)s, w->backup, om__state_bytes(s));
         report->substeps = report->ninverted = 0;
         report->energy_gain = 0;
-        report->is_unguarded = false;
+        report->is_unguarded = report->is_work_spent = false;
         return om_error_prefix(status, "step at %.4g s failed, cut to %.3g s", s->time, part);
     }
+    if (report->is_work_spent)
+        return om_error(OM_NOT_CONVERGED,
+                        "tissue: the step at %.4g s needs more than max_work %d: %d iterations, %d "
+                        "substeps, %d of Newton",
+                        s->time, m->def.max_work, report->iterations, report->substeps,
+                        report->newton);
     if (report->ninverted == 0) return outcome;
     return om_error(OM_NOT_CONVERGED, "tissue: %d elements are inverted after the step at %.4g s",
                     report->ninverted, s->time);

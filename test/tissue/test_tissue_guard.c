@@ -223,6 +223,134 @@ static void test_drops(void** context) {
     }
 }
 
+// ---- a step that breaks a rule ------------------------------------------------------------------------------
+
+typedef struct Swing {  // of om_tissue_step, and of one linearisation alone from the same states
+    // largest rise of the energy in a step, over the bound that tissue_guard.c names
+    double worst, worst_alone;
+    int nrise;  // steps in which one linearisation alone breaks the bound
+    int nnewton, nsubstep, niteration, nstep;
+} Swing;
+
+// The rise of kinetic, elastic and gravitational energy in a step, over 1 % of the first two and rounding.
+static double rise_of(const TestRig* r, double young, const OmTissueEnergy* before) {
+    OmTissueEnergy now;
+    assert_ok(om_tissue_get_energy(r->m, r->s, &now));
+    double rise = now.elastic - before->elastic + now.kinetic - before->kinetic + now.gravity -
+                  before->gravity;
+    double rounding = 1e-6 * 9e-5 * young / 2.9;  // 1e-6 of volume times mu, J
+    return rise / (0.01 * (before->elastic + before->kinetic) + rounding);
+}
+
+// A beam, fixed at one end, falls from its rest shape and swings: nothing but the weight works.
+static Swing swing(OmLaw law, double young, int max_iterations) {
+    TestRig r;
+    Swing out = {.nstep = 50};
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.1, 0.03, 0.03), 13, 4, 4);
+    rig_attach_plane(&r, 0, 0);
+    r.def.material_default = (OmMaterial){.young = young, .poisson = 0.45, .law = law};
+    r.def.element = OM_ELEMENT_LINEAR;
+    r.def.rayleigh_mass = 0;
+    if (max_iterations > 0) {
+        r.def.solver.preconditioner = OM_BLOCK_JACOBI;
+        r.def.solver.max_iterations = max_iterations;
+        r.def.solver.tolerance = 0;
+    }
+    rig_start(&r);
+    void* before = om_alloc(1, om_tissue_state_size(r.m));
+    assert_non_null(before);
+    for (int step = 0; step < out.nstep; ++step) {
+        OmTissueEnergy energy;
+        OmTissueReport report;
+        memcpy(before, r.s, om_tissue_state_size(r.m));
+        assert_ok(om_tissue_get_energy(r.m, r.s, &energy));
+        assert_ok(om_tissue_begin_step(r.m, r.s, r.w, 0.02));
+        assert_ok(om_tissue_solve_step(r.m, r.s, r.w, NULL));
+        assert_ok(om_tissue_end_step(r.m, r.s, r.w));
+        double rise = rise_of(&r, young, &energy);
+        uint64_t hash = om_tissue_state_hash(r.s);
+        memcpy((void*)r.s, before, om_tissue_state_size(r.m));
+        assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, &report));
+        out.worst_alone = fmax(out.worst_alone, rise);
+        out.worst = fmax(out.worst, rise_of(&r, young, &energy));
+        out.nrise += rise > 1.001;
+        out.nnewton += report.newton;
+        out.nsubstep += report.substeps;
+        out.niteration = report.iterations > out.niteration ? report.iterations : out.niteration;
+        if (rise < 0.999) assert_true(om_tissue_state_hash(r.s) == hash);  // unchanged
+    }
+    om_free(before);
+    rig_done(&r);
+    printf("%s, %d iterations: %d steps gain energy, up to %.3g of the bound; guarded %.3g, %d "
+           "linearisations more\n",
+           om_law_name(law), max_iterations, out.nrise, out.worst_alone, out.worst, out.nnewton);
+    assert_true(out.nrise > 0);
+    assert_below(out.worst, 1.001);  // energies in floats
+    assert_int_equal(out.nsubstep, out.nstep);
+    return out;
+}
+
+// With the linear law one linearisation is exact: energy that few iterations gain is the work of the residual. Such a
+// step needs neither Newton's method nor another solve.
+static void test_residual_works(void** context) {
+    (void)context;
+    for (int num = 16; num <= 24; num += 8) {
+        Swing s = swing(OM_LINEAR, 30000, num);
+        assert_int_equal(s.nnewton, 0);
+        assert_int_equal(s.niteration, num);
+    }
+}
+
+// Energy that rises because rotations changed in the step is still refused; one more linearisation is enough.
+static void test_rotation_works(void** context) {
+    (void)context;
+    Swing s = swing(OM_COROTATIONAL, 15000, 0);
+    assert_int_equal(s.nnewton, s.nrise);
+    swing(OM_COROTATIONAL, 30000, 24);
+}
+
+// A load that flattens the top of a block in one step of one linearisation.
+static OmStatus crush(int max_work, OmTissueReport* report) {
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.03, 0.03, 0.03), 3, 3, 3);
+    rig_attach_plane(&r, 2, 0);
+    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+    r.def.element = OM_ELEMENT_LINEAR;
+    if (max_work > 0) r.def.max_work = max_work;
+    rig_start(&r);
+    double* f = om_tissue_external_force(r.s);
+    for (int i = 0; i < r.mesh.nvert; ++i)
+        if (r.mesh.x[3 * i + 2] > 0.0299) f[3 * i + 2] = -8;
+    OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, report);
+    check_honest(&r, status, report);
+    assert_near(om_tissue_time(r.s), 0.02, 1e-12);
+    rig_done(&r);
+    return status;
+}
+
+// The bound of the work ends a step that needs more, says so, and inverts nothing.
+static void test_work_bound(void** context) {
+    (void)context;
+    OmTissueReport free, bound;
+    assert_ok(crush(0, &free));
+    assert_true(!free.is_work_spent && free.newton >= 1);
+    for (int max_work = 1; max_work <= 16; max_work *= 4) {
+        assert_status(crush(max_work, &bound), OM_NOT_CONVERGED);
+        printf("max_work %d: %d iterations (%d without), %d of Newton\n", max_work,
+               bound.iterations, free.iterations, bound.newton);
+        assert_non_null(strstr(om_error_message(), "max_work"));
+        assert_true(bound.is_work_spent && !bound.is_unguarded);
+        assert_int_equal(bound.ninverted, 0);
+        assert_true(bound.iterations < free.iterations);
+    }
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.03, 0.03, 0.03), 1, 1, 1);
+    r.def.max_work = 0;
+    assert_status(om_tissue_create(&r.def, &r.m), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "max_work"));
+    om_tet_mesh_done(&r.mesh);
+}
+
 // ---- Newton's method ----------------------------------------------------------------------------------------
 
 // A tolerance below rounding ends at the floor, in one step, and says so.
@@ -249,6 +377,38 @@ static void test_floor(void** context) {
         }
         rig_done(&r);
     }
+}
+
+// A beam that is lifted, brought back and at rest again: there is almost nothing left to solve, relative to which the
+// tolerance is below rounding. No step is cut for it.
+static void test_floor_at_rest(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.1, 0.03, 0.03), 10, 3, 3);
+    rig_attach_plane(&r, 0, 0);
+    r.def.element = OM_ELEMENT_LINEAR;
+    r.def.gravity = om_vec3(0, 0, 0);
+    r.def.max_newton = 40;
+    r.def.newton_tolerance = 1e-8;
+    rig_start(&r);
+    OmPose tip = {om_vec3(0.1, 0.015, 0.015), om_quat_identity()};
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.022, NULL));
+    int newton = 0, nfloor = 0;
+    for (int step = 0; step < 240; ++step) {
+        OmTissueReport report;
+        double t = (step + 1) / 40.0;
+        tip.p.z = 0.015 + 0.02 * fmax(0, t < 1 ? t : 2 - t);
+        assert_ok(om_tissue_move_grasp(r.s, 0, tip));
+        OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
+        assert_true(status >= 0);
+        assert_int_equal(report.substeps, 1);
+        assert_below(report.newton_residual, 1e-5);
+        newton = report.newton > newton ? report.newton : newton;
+        nfloor += status == OM_NOT_CONVERGED;
+    }
+    printf("at most %d iterations of Newton, %d of 240 steps end at the floor\n", newton, nfloor);
+    assert_true(newton <= 12);
+    rig_done(&r);
 }
 
 // Inertia, stress, contact and weight of a step that Newton's method has solved, in double and with nothing of the
@@ -354,7 +514,9 @@ int main(void) {
         cmocka_unit_test(test_pulled_corners), cmocka_unit_test(test_each_by_itself),
         cmocka_unit_test(test_rest_inverted),  cmocka_unit_test(test_drops),
         cmocka_unit_test(test_floor),          cmocka_unit_test(test_balance_with_contact),
-        cmocka_unit_test(test_tool_force),
+        cmocka_unit_test(test_tool_force),     cmocka_unit_test(test_residual_works),
+        cmocka_unit_test(test_rotation_works), cmocka_unit_test(test_work_bound),
+        cmocka_unit_test(test_floor_at_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
