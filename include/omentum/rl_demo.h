@@ -29,6 +29,9 @@ typedef struct OmRlDemos {  // om_rl_demos_done frees
     int* action;     // (nstep x naction)
     double* reward;  // (nstep)
     double* score;   // of each demonstration: the task's score, or the return (ndemo)
+    // the first demonstrations of a recording that was cancelled, and its seed: om_rl_demos_continue
+    bool is_partial;
+    uint64_t seed;
 } OmRlDemos;
 
 /// Episodes of the task's expert from drawn starts.
@@ -36,6 +39,13 @@ typedef struct OmRlDemos {  // om_rl_demos_done frees
 /// @return OM_OK; OM_INVALID; OM_UNAVAILABLE (the task has no expert); OM_NO_MEMORY; OM_CANCELLED; an error of the task
 OM_API OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
                                    const OmProgress* progress, OmRlDemos* demos);
+/// The same, which continues a cancelled recording and keeps what is finished: the result of om_rl_demos_record.
+/// @param demos  in/out: zero, or the demonstrations of a cancelled call with this task and seed
+/// @return as om_rl_demos_record; OM_CANCELLED (demos has the first demonstrations of the recording, maybe none, and is
+///         partial unless it has none); OM_INVALID also for demonstrations of another recording, or more than ndemo.
+///         After another error demos is unchanged.
+OM_API OmStatus om_rl_demos_continue(const OmRlTask* task, int ndemo, uint64_t seed,
+                                     const OmProgress* progress, OmRlDemos* demos);
 OM_API void om_rl_demos_done(OmRlDemos* demos);
 /// Whether they can be used for this task. What a file of another tool does not say (task, meaning) is not compared:
 /// observations and actions must then be those of the task.

@@ -86,6 +86,7 @@ OM_API OmStatus om_rl_actor_act(OmRlActor* actor, const float* obs, OmRng* rng, 
 
 typedef struct OmRlEval {  // om_rl_eval_done frees
     int nepisode;
+    int* episode;    // number of each, 0, 1 ..; a cancelled run lacks some (nepisode)
     double* ret;     // sum of rewards of each episode (nepisode)
     double* score;   // the task's score; the return where the task names none (nepisode)
     int* length;     // steps (nepisode)
@@ -107,7 +108,8 @@ typedef struct OmRlEvalDef {
 } OmRlEvalDef;
 OM_API OmRlEvalDef om_rl_eval_default_def(const OmRlTask* task, OmRlPolicy* policy);
 /// Run episodes to their end.
-/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_CANCELLED; an error of the task
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_CANCELLED (eval has the finished episodes, maybe none, and their
+///         figures; om_rl_eval_done frees it); an error of the task
 OM_API OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRlEval* eval);
 OM_API void om_rl_eval_done(OmRlEval* eval);
 

@@ -56,7 +56,11 @@ OmStatus om__rl_best_run(RlSession* s, const OmProgress* progress) {
     how.is_drawn = true;
     how.nworker = def->nworker;
     how.seed = def->eval_seed;
-    OM_TRY(om_rl_eval_run(&how, progress, &e));
+    const OmStatus status = om_rl_eval_run(&how, progress, &e);
+    if (status < 0) {
+        om_rl_eval_done(&e);
+        return status;
+    }
     row->eval_score = e.mean_score;
     row->eval_return = e.mean_return;
     row->eval_least = e.min_score;

@@ -5,6 +5,8 @@
 
 #include "rl/rl_internal.h"
 
+enum { MAX_DEMO = 100000 };
+
 void om_rl_demos_done(OmRlDemos* d) {
     om_free(d->adr);
     om_free(d->obs);
@@ -34,15 +36,7 @@ OmStatus om_rl_demos_check(const OmRlDemos* d, const OmRlTask* task) {
     return OM_OK;
 }
 
-typedef struct Episode {  // being recorded
-    int n, capacity;
-    float* obs;
-    int* action;
-    double* reward;
-    double score;
-} Episode;
-
-static void episode_done(Episode* e) {
+static void episode_done(OmRlDemoEpisode* e) {
     om_free(e->obs);
     om_free(e->action);
     om_free(e->reward);
@@ -68,15 +62,16 @@ static OmStatus watch_step(Watch* w) {
 typedef struct Recording {
     const OmRlTask* task;
     uint64_t seed;
+    int first;  // episode of block 0
     Watch* watch;
-    Episode* episode;  // (ndemo)
-    OmStatus* status;  // (ndemo)
+    OmRlDemoEpisode* episode;  // (ndemo)
+    OmStatus* status;      // (ndemo)
 } Recording;
 
 // One episode of a vector of one environment: episode k is environment 0 of seed + k.
 static OmStatus record_one(const Recording* r, int k) {
     const OmRlTask* task = r->task;
-    Episode* e = &r->episode[k];
+    OmRlDemoEpisode* e = &r->episode[k];
     OmRlVecDef def = om_rl_vec_default_def(task);
     OmRlVec* vec = NULL;
     OmStatus status;
@@ -88,10 +83,10 @@ static OmStatus record_one(const Recording* r, int k) {
     def.nenv = 1;
     def.nworker = 1;
     def.seed = r->seed + (uint64_t)k;
-    e->capacity = task->max_step;
-    OM_ALLOC_DONE(e->obs, (size_t)e->capacity * nobs);
-    OM_ALLOC_DONE(e->action, (size_t)e->capacity * naction);
-    OM_ALLOC_DONE(e->reward, e->capacity);
+    const size_t most = (size_t)task->max_step;
+    OM_ALLOC_DONE(e->obs, most * nobs);
+    OM_ALLOC_DONE(e->action, most * naction);
+    OM_ALLOC_DONE(e->reward, most);
     OM_ALLOC_DONE(next, nobs);
     OM_TRY_DONE(om_rl_vec_create(&def, &vec));
     OM_TRY_DONE(om_rl_vec_reset(vec, next));
@@ -118,7 +113,7 @@ done:
 static void record_block(void* ctx, int begin, int end, int block) {
     (void)block;
     Recording* r = ctx;
-    for (int k = begin; k < end; ++k) r->status[k] = record_one(r, k);
+    for (int k = r->first + begin; k < r->first + end; ++k) r->status[k] = record_one(r, k);
 }
 
 OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction, OmRlDemos* d) {
@@ -135,15 +130,16 @@ OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction,
 }
 
 // The old arrays are freed when all new ones are complete.
-OmStatus om__rl_demos_append(OmRlDemos* d, const OmRlTask* task, int n, const float* obs,
-                             const int* action, const double* reward, double score) {
+OmStatus om__rl_demos_append(OmRlDemos* d, const OmRlTask* task, const OmRlDemoEpisode* e,
+                             int nepisode) {
     const size_t nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
-    const size_t old = (size_t)d->nstep, more = (size_t)n;
+    size_t at = (size_t)d->nstep, nstep = at;
     OmRlDemos all = {0};
     if (d->ndemo > 0) OM_TRY(om_rl_demos_check(d, task));
-    OM_CHECK((double)(old + more) * (double)nobs < INT32_MAX && d->ndemo < 100000, OM_INVALID,
-             "demonstrations: too many steps; begin another file");
-    OmStatus status = om__rl_demos_alloc(d->ndemo + 1, (int)(old + more), task->nobservation,
+    for (int k = 0; k < nepisode; ++k) nstep += (size_t)e[k].n;
+    OM_CHECK((double)nstep * (double)nobs < INT32_MAX && d->ndemo + nepisode <= MAX_DEMO,
+             OM_INVALID, "demonstrations: too many steps; begin another file");
+    OmStatus status = om__rl_demos_alloc(d->ndemo + nepisode, (int)nstep, task->nobservation,
                                          task->naction, &all);
     if (status < 0) {
         om_rl_demos_done(&all);
@@ -155,78 +151,94 @@ OmStatus om__rl_demos_append(OmRlDemos* d, const OmRlTask* task, int n, const fl
     memcpy(all.nchoice, task->nchoice, sizeof all.nchoice);
     if (d->ndemo > 0) {
         memcpy(all.adr, d->adr, (size_t)d->ndemo * sizeof *all.adr);
-        memcpy(all.obs, d->obs, old * nobs * sizeof *all.obs);
-        memcpy(all.action, d->action, old * naction * sizeof *all.action);
-        memcpy(all.reward, d->reward, old * sizeof *all.reward);
+        memcpy(all.obs, d->obs, at * nobs * sizeof *all.obs);
+        memcpy(all.action, d->action, at * naction * sizeof *all.action);
+        memcpy(all.reward, d->reward, at * sizeof *all.reward);
         memcpy(all.score, d->score, (size_t)d->ndemo * sizeof *all.score);
     }
-    all.adr[d->ndemo] = (int)old;
-    all.adr[d->ndemo + 1] = (int)(old + more);
-    memcpy(all.obs + old * nobs, obs, more * nobs * sizeof *obs);
-    memcpy(all.action + old * naction, action, more * naction * sizeof *action);
-    memcpy(all.reward + old, reward, more * sizeof *reward);
-    all.score[d->ndemo] = score;
+    for (int k = 0; k < nepisode; ++k) {
+        const size_t n = (size_t)e[k].n;
+        all.adr[d->ndemo + k] = (int)at;
+        memcpy(all.obs + at * nobs, e[k].obs, n * nobs * sizeof *all.obs);
+        memcpy(all.action + at * naction, e[k].action, n * naction * sizeof *all.action);
+        memcpy(all.reward + at, e[k].reward, n * sizeof *all.reward);
+        all.score[d->ndemo + k] = e[k].score;
+        at += n;
+    }
+    all.adr[all.ndemo] = (int)at;
     om_rl_demos_done(d);
     *d = all;
     return OM_OK;
 }
 
-static OmStatus join(const OmRlTask* task, const Episode* e, int ndemo, OmRlDemos* d) {
-    int64_t nstep = 0;
-    for (int k = 0; k < ndemo; ++k) nstep += e[k].n;
-    OM_CHECK(nstep < INT32_MAX, OM_INVALID, "demonstrations: too many steps");
-    OM_TRY(om__rl_demos_alloc(ndemo, (int)nstep, task->nobservation, task->naction, d));
-    memcpy(d->task, task->name, sizeof d->task);
-    memcpy(d->meaning, task->meaning, sizeof d->meaning);
-    memcpy(d->nchoice, task->nchoice, sizeof d->nchoice);
-    size_t at = 0, nobs = (size_t)task->nobservation, naction = (size_t)task->naction;
-    for (int k = 0; k < ndemo; ++k) {
-        size_t n = (size_t)e[k].n;
-        d->adr[k] = (int)at;
-        memcpy(d->obs + at * nobs, e[k].obs, n * nobs * sizeof *d->obs);
-        memcpy(d->action + at * naction, e[k].action, n * naction * sizeof *d->action);
-        memcpy(d->reward + at, e[k].reward, n * sizeof *d->reward);
-        d->score[k] = e[k].score;
-        at += n;
+// Episodes begin .. ndemo - 1 into r->episode, in groups whose seeds do not depend on `begin`.
+static OmStatus record_all(const Recording* r, int begin, int ndemo) {
+    enum { GROUP = 8 };
+    for (int end; begin < ndemo; begin = end) {
+        const int group = begin - begin % GROUP;
+        end = group + GROUP < ndemo ? group + GROUP : ndemo;
+        r->watch->ndone = begin;
+        OM_TRY(watch_step(r->watch));
+        Recording part = *r;
+        part.first = begin - group;
+        part.seed = r->seed + (uint64_t)group;
+        part.episode = r->episode + group;
+        part.status = r->status + group;
+        om_parallel_for(0, end - begin, 1, record_block, &part);
+        OM_CHECK(!atomic_load(&r->watch->is_cancelled), OM_CANCELLED,
+                 "cancelled during demonstrations");
+        for (int k = begin; k < end; ++k)
+            if (r->status[k] < 0)
+                return om_error(r->status[k], "demonstration %d of task %s failed", k,
+                                r->task->name);
     }
-    d->adr[ndemo] = (int)at;
     return OM_OK;
 }
 
-OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
-                            const OmProgress* progress, OmRlDemos* demos) {
-    enum { GROUP = 8 };
+static OmStatus check_partial(const OmRlDemos* d, const OmRlTask* task, int ndemo, uint64_t seed) {
+    if (d->ndemo == 0) return OM_OK;
+    OM_CHECK(d->is_partial && d->seed == seed, OM_INVALID,
+             "the demonstrations are not of a recording that was cancelled, with seed %llu",
+             (unsigned long long)seed);
+    OM_CHECK(d->ndemo <= ndemo, OM_INVALID,
+             "there are %d demonstrations already, more than the number %d", d->ndemo, ndemo);
+    return om_rl_demos_check(d, task);
+}
+
+OmStatus om_rl_demos_continue(const OmRlTask* task, int ndemo, uint64_t seed,
+                              const OmProgress* progress, OmRlDemos* demos) {
     Watch watch = {.progress = progress, .ndemo = ndemo, .is_reporting = ATOMIC_FLAG_INIT};
     Recording r = {.task = task, .seed = seed, .watch = &watch};
     OmStatus status = OM_OK;
-    *demos = (OmRlDemos){0};
-    OM_CHECK(ndemo > 0 && ndemo <= 100000, OM_INVALID, "demonstrations: ndemo is %d", ndemo);
+    const int begin = demos->ndemo;
+    int end = begin;
+    OM_CHECK(ndemo > 0 && ndemo <= MAX_DEMO, OM_INVALID, "demonstrations: ndemo is %d", ndemo);
     OM_CHECK(task->ops->expert, OM_UNAVAILABLE, "task %s has no expert", task->name);
+    OM_TRY(check_partial(demos, task, ndemo, seed));
     OM_CALLOC_DONE(r.episode, ndemo);
-    OM_CALLOC_DONE(r.status, ndemo);
-    for (int begin = 0; begin < ndemo; begin += GROUP) {
-        watch.ndone = begin;
-        OM_TRY_DONE(watch_step(&watch));
-        Recording part = r;
-        part.seed = seed + (uint64_t)begin;
-        part.episode = r.episode + begin;
-        part.status = r.status + begin;
-        int n = ndemo - begin < GROUP ? ndemo - begin : GROUP;
-        om_parallel_for(0, n, 1, record_block, &part);
-        OM_CHECK_DONE(!atomic_load(&watch.is_cancelled), OM_CANCELLED,
-                      "cancelled during demonstrations");
-        for (int k = 0; k < n; ++k)
-            if (part.status[k] < 0) {
-                status = om_error(part.status[k], "demonstration %d of task %s failed", begin + k,
-                                  task->name);
-                goto done;
-            }
+    OM_ALLOC_DONE(r.status, ndemo);
+    for (int k = 0; k < ndemo; ++k) r.status[k] = OM_CANCELLED;
+    const OmStatus outcome = record_all(&r, begin, ndemo);
+    status = outcome;
+    if (outcome < 0 && outcome != OM_CANCELLED) goto done;
+    while (end < ndemo && r.status[end] >= 0) ++end;
+    if (end > begin) {
+        OM_TRY_DONE(om__rl_demos_append(demos, task, r.episode + begin, end - begin));
+        status = outcome;
     }
-    OM_TRY_DONE(join(task, r.episode, ndemo, demos));
+    demos->is_partial = outcome < 0 && end > 0;
+    demos->seed = demos->is_partial ? seed : 0;
 done:
     for (int k = 0; r.episode && k < ndemo; ++k) episode_done(&r.episode[k]);
     om_free(r.episode);
     om_free(r.status);
+    return status;
+}
+
+OmStatus om_rl_demos_record(const OmRlTask* task, int ndemo, uint64_t seed,
+                            const OmProgress* progress, OmRlDemos* demos) {
+    *demos = (OmRlDemos){0};
+    OmStatus status = om_rl_demos_continue(task, ndemo, seed, progress, demos);
     if (status < 0) om_rl_demos_done(demos);
     return status;
 }

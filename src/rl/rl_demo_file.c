@@ -1,6 +1,6 @@
 // rl_demo_file.c: demonstrations as HDF5 in the layout of robomimic.
 //
-//     data                    attributes total, env_args (JSON), task, nchoice, meaning (rl.h)
+//     data                    attributes total, env_args (JSON), task, nchoice, meaning (rl.h), seed (if partial)
 //     data/demo_0             attributes num_samples, score
 //     data/demo_0/obs/state   (n x nobservation) float
 //     data/demo_0/actions     (n x naction) float, the number of the choice
@@ -73,6 +73,7 @@ OmStatus om_rl_demos_save(const OmRlDemos* d, const char* path) {
     om_store_value(w, "data@meaning", OM_STORE_U8, OM_RL_MEANING, meaning);
     om_store_value(w, "data@nchoice", OM_STORE_I32, OM_RL_MAX_ACTION, d->nchoice);
     om_store_value(w, "data@ndemo", OM_STORE_I32, 0, &d->ndemo);
+    if (d->is_partial) om_store_value(w, "data@seed", OM_STORE_U64, 0, &d->seed);
     for (int k = 0; k < d->ndemo; ++k) OM_TRY_DONE(put_demo(w, d, k));
     status = om_store_save(w, path);
     w = NULL;
@@ -190,6 +191,7 @@ static OmStatus read_demos(const OmStoreReader* r, const char* name, OmRlDemos* 
     }
     d->adr[d->ndemo] = at;
     status = get_task(r, name, d);
+    d->is_partial = om_store_get_value(r, "data@seed", OM_STORE_U64, 1, &d->seed) >= 0;
 done:
     om_free(action);
     return status;

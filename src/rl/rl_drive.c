@@ -123,5 +123,6 @@ OmStatus om_rl_drive_keep(OmRlDrive* d, OmRlDemos* demos) {
     double info[OM_RL_MAX_INFO] = {0}, score;
     OM_CHECK(d->now.nstep > 0, OM_INVALID, "the episode has no step");
     OM_TRY(om_rl_drive_info(d, info, &score));
-    return om__rl_demos_append(demos, d->task, d->now.nstep, d->obs, d->action, d->reward, score);
+    const OmRlDemoEpisode episode = {d->now.nstep, d->obs, d->action, d->reward, score};
+    return om__rl_demos_append(demos, d->task, &episode, 1);
 }

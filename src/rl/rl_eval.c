@@ -15,6 +15,7 @@ OmRlEvalDef om_rl_eval_default_def(const OmRlTask* task, OmRlPolicy* policy) {
 }
 
 void om_rl_eval_done(OmRlEval* e) {
+    om_free(e->episode);
     om_free(e->ret);
     om_free(e->score);
     om_free(e->length);
@@ -62,13 +63,14 @@ static OmStatus running_init(const OmRlEvalDef* def, int n, Running* r) {
     return OM_OK;
 }
 
-static OmStatus begin_group(Running* r, int begin) {
+static OmStatus begin_group(Running* r, int begin, const OmProgress* progress) {
     const OmRlTask* task = r->def->task;
     const bool is_drawn = r->def->is_drawn || task->nstart == 0;
     r->begin = begin;
     r->count = r->n - begin < r->nenv ? r->n - begin : r->nenv;
     for (int i = 0; i < r->nenv; ++i) r->is_done[i] = i >= r->count;
     for (int i = 0; i < r->count; ++i) {
+        OM_TRY(om_progress_report(progress, "episodes", begin, r->n));
         r->rng[i] = om_rng_init(r->def->seed, 0x6576616c00000000ull + (uint64_t)(begin + i));
         OM_TRY(om_rl_vec_reset_one(r->vec, i, is_drawn ? -1 : (begin + i) % task->nstart,
                                    r->obs + (ptrdiff_t)i * task->nobservation));
@@ -142,6 +144,38 @@ static OmStatus run_group(Running* r, const OmProgress* progress, OmRlEval* e) {
     return OM_OK;
 }
 
+static OmStatus run_all(Running* r, const OmProgress* progress, OmRlEval* e) {
+    for (int begin = 0; begin < r->n; begin += GROUP) {
+        OM_TRY(begin_group(r, begin, progress));
+        OM_TRY(run_group(r, progress, e));
+    }
+    return OM_OK;
+}
+
+// Close the gaps of episodes that did not finish (of no step), and compute the figures.
+static void summarise(int n, int ninfo, OmRlEval* e) {
+    for (int i = 0; i < n; ++i) {
+        const int at = e->nepisode;
+        if (e->length[i] == 0) continue;
+        e->episode[at] = i;
+        e->ret[at] = e->ret[i];
+        e->score[at] = e->score[i];
+        e->length[at] = e->length[i];
+        e->is_ended[at] = e->is_ended[i];
+        for (int k = 0; k < ninfo; ++k)
+            e->info[(ptrdiff_t)at * ninfo + k] = e->info[(ptrdiff_t)i * ninfo + k];
+        e->mean_return += e->ret[at];
+        e->mean_score += e->score[at];
+        e->mean_length += e->length[at];
+        e->min_score = at == 0 ? e->score[0] : fmin(e->min_score, e->score[at]);
+        ++e->nepisode;
+    }
+    if (e->nepisode == 0) return;
+    e->mean_return /= e->nepisode;
+    e->mean_score /= e->nepisode;
+    e->mean_length /= e->nepisode;
+}
+
 OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRlEval* eval) {
     Running r = {0};
     OmStatus status = OM_OK;
@@ -152,29 +186,17 @@ OmStatus om_rl_eval_run(const OmRlEvalDef* def, const OmProgress* progress, OmRl
     if (def->policy) OM_TRY(om_rl_policy_check(def->policy, def->task));
     int n = def->nepisode;
     if (n == 0) n = def->task->nstart && !def->is_drawn ? def->task->nstart : DRAWN;
+    OM_ALLOC_DONE(eval->episode, n);
     OM_ALLOC_DONE(eval->ret, n);
     OM_ALLOC_DONE(eval->score, n);
-    OM_ALLOC_DONE(eval->length, n);
+    OM_CALLOC_DONE(eval->length, n);
     OM_ALLOC_DONE(eval->is_ended, n);
     OM_ALLOC_DONE(eval->info, (size_t)n * (size_t)def->task->ninfo + 1);
     OM_TRY_DONE(running_init(def, n, &r));
-    for (int begin = 0; begin < n; begin += GROUP) {
-        OM_TRY_DONE(begin_group(&r, begin));
-        OM_TRY_DONE(run_group(&r, progress, eval));
-    }
-    eval->nepisode = n;
-    eval->min_score = eval->score[0];
-    for (int i = 0; i < n; ++i) {
-        eval->mean_return += eval->ret[i];
-        eval->mean_score += eval->score[i];
-        eval->mean_length += eval->length[i];
-        eval->min_score = fmin(eval->min_score, eval->score[i]);
-    }
-    eval->mean_return /= n;
-    eval->mean_score /= n;
-    eval->mean_length /= n;
+    status = run_all(&r, progress, eval);
+    if (status >= 0 || status == OM_CANCELLED) summarise(n, def->task->ninfo, eval);
 done:
     running_done(&r);
-    if (status < 0) om_rl_eval_done(eval);
+    if (status < 0 && status != OM_CANCELLED) om_rl_eval_done(eval);
     return status;
 }

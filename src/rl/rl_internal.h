@@ -60,9 +60,16 @@ OmStatus om__rl_setting_unknown(const char* task, const OmRlSetting* setting,
 
 // Memory for demonstrations of these sizes.
 OmStatus om__rl_demos_alloc(int ndemo, int nstep, int nobservation, int naction, OmRlDemos* demos);
-// Append an episode of n > 0 steps; zero demonstrations: it is the first one.
-OmStatus om__rl_demos_append(OmRlDemos* demos, const OmRlTask* task, int n, const float* obs,
-                             const int* action, const double* reward, double score);
+typedef struct OmRlDemoEpisode {
+    int n;           // steps
+    float* obs;      // before each (n x nobservation)
+    int* action;     // (n x naction)
+    double* reward;  // (n)
+    double score;
+} OmRlDemoEpisode;
+// Append episodes of n > 0 steps; zero demonstrations: they are the first ones.
+OmStatus om__rl_demos_append(OmRlDemos* demos, const OmRlTask* task, const OmRlDemoEpisode* episode,
+                             int nepisode);
 // The task of a drive, and its state.
 const OmRlTask* om__rl_drive_task(const OmRlDrive* drive);
 void* om__rl_drive_state(OmRlDrive* drive);

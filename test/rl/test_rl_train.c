@@ -232,6 +232,113 @@ static void test_demos(void** state) {
     om_rl_task_destroy(other);
 }
 
+static bool stop_after(void* ctx, const char* stage, double done, double total) {
+    (void)stage, (void)done, (void)total;
+    return --*(int*)ctx >= 0;
+}
+
+static void assert_same_demos(const OmRlDemos* a, const OmRlDemos* b) {
+    assert_int_equal(a->ndemo, b->ndemo);
+    assert_int_equal(a->nstep, b->nstep);
+    assert_memory_equal(a->adr, b->adr, ((size_t)a->ndemo + 1) * sizeof(int));
+    assert_memory_equal(a->obs, b->obs, (size_t)(a->nstep * a->nobservation) * sizeof(float));
+    assert_memory_equal(a->action, b->action, (size_t)(a->nstep * a->naction) * sizeof(int));
+    assert_memory_equal(a->reward, b->reward, (size_t)a->nstep * sizeof(double));
+    assert_memory_equal(a->score, b->score, (size_t)a->ndemo * sizeof(double));
+    assert_true(a->is_partial == b->is_partial && a->seed == b->seed);
+}
+
+// Stopped again and again, through a file each time, and continued within a group of 8: the steps of one recording.
+static void test_demos_continue(void** state) {
+    (void)state;
+    char path[512];
+    snprintf(path, sizeof path, "%s", in_dir("part.hdf5"));
+    OmRlTask *task = task_of("reach"), *other = task_of("approach");
+    OmRlDemos whole, part = {0}, copy;
+    assert_ok(om_rl_demos_record(task, 11, 3, NULL, &whole));
+    int left = 0, nstop = 0, nkept = 0;
+    const OmProgress progress = {stop_after, &left};
+    OmStatus status;
+    for (int more = 0;; more += 20) {  // several workers report less often than each step
+        const int before = part.ndemo;
+        left = more;
+        status = om_rl_demos_continue(task, 11, 3, &progress, &part);
+        if (status != OM_CANCELLED) break;
+        assert_true(part.ndemo >= before && part.is_partial == (part.ndemo > 0));
+        ++nstop;
+        if (part.ndemo == 0) continue;
+        ++nkept;
+        assert_ok(om_rl_demos_save(&part, path));
+        assert_ok(om_rl_demos_load(path, &copy));
+        assert_same_demos(&copy, &part);
+        om_rl_demos_done(&part);
+        part = copy;
+    }
+    assert_ok(status);
+    assert_true(nstop > 0 && nkept < nstop);
+    assert_same_demos(&part, &whole);
+    // a whole recording is not continued
+    assert_status(om_rl_demos_continue(task, 12, 3, NULL, &part), OM_INVALID);
+    om_rl_demos_done(&part);
+    for (int begin = 5; begin <= 8; begin += 3) {
+        assert_ok(om_rl_demos_record(task, begin, 3, NULL, &part));
+        part.is_partial = true;
+        part.seed = 3;
+        // of another seed, another task, or more than are wanted
+        assert_status(om_rl_demos_continue(task, 11, 4, NULL, &part), OM_INVALID);
+        assert_status(om_rl_demos_continue(other, 11, 3, NULL, &part), OM_INVALID);
+        assert_status(om_rl_demos_continue(task, begin - 1, 3, NULL, &part), OM_INVALID);
+        left = 0;  // at once: they stay
+        assert_status(om_rl_demos_continue(task, 11, 3, &progress, &part), OM_CANCELLED);
+        assert_int_equal(part.ndemo, begin);
+        assert_ok(om_rl_demos_continue(task, 11, 3, NULL, &part));
+        assert_same_demos(&part, &whole);
+        om_rl_demos_done(&part);
+    }
+    om_rl_demos_done(&whole);
+    om_rl_task_destroy(task);
+    om_rl_task_destroy(other);
+}
+
+// A cancelled evaluation has the finished episodes, each as in the whole evaluation.
+static void test_eval_stopped(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("reach");
+    OmRlEvalDef def = om_rl_eval_default_def(task, NULL);
+    OmRlEval whole, part;
+    double sum = 0, least = 1e9;
+    def.is_expert = true;
+    def.nepisode = 70;
+    assert_ok(om_rl_eval_run(&def, NULL, &whole));
+    int left = 64 + 12;  // a report before each reset, then one before each step
+    OmProgress progress = {stop_after, &left};
+    assert_status(om_rl_eval_run(&def, &progress, &part), OM_CANCELLED);
+    int nshort = 0;
+    for (int k = 0; k < 64; ++k) nshort += whole.length[k] <= 12;
+    assert_in_range(nshort, 1, 63);
+    assert_int_equal(part.nepisode, nshort);
+    for (int k = 0; k < part.nepisode; ++k) {
+        const int at = part.episode[k];
+        assert_true(k == 0 || at > part.episode[k - 1]);
+        assert_true(part.length[k] <= 12 && part.length[k] == whole.length[at]);
+        assert_near(part.ret[k], whole.ret[at], 0);
+        assert_near(part.score[k], whole.score[at], 0);
+        assert_near(part.info[k], whole.info[at], 0);
+        assert_int_equal(whole.episode[at], at);
+        sum += part.ret[k];
+        least = fmin(least, part.score[k]);
+    }
+    assert_near(part.mean_return, sum / nshort, 1e-12);
+    assert_near(part.min_score, least, 0);
+    om_rl_eval_done(&part);
+    left = 64;  // before the first step
+    assert_status(om_rl_eval_run(&def, &progress, &part), OM_CANCELLED);
+    assert_int_equal(part.nepisode, 0);
+    om_rl_eval_done(&part);
+    om_rl_eval_done(&whole);
+    om_rl_task_destroy(task);
+}
+
 // Demonstrations of other moves are refused by file; the message names both settings.
 static void test_demos_of_other_moves(void** state) {
     (void)state;
@@ -415,6 +522,8 @@ int main(void) {
         cmocka_unit_test(test_reach_is_solved),
         cmocka_unit_test(test_workers_and_interruptions),
         cmocka_unit_test(test_demos),
+        cmocka_unit_test(test_demos_continue),
+        cmocka_unit_test(test_eval_stopped),
         cmocka_unit_test(test_demos_of_other_moves),
         cmocka_unit_test(test_demos_of_another_tool),
         cmocka_unit_test(test_clone),
