@@ -77,21 +77,33 @@ done:
 
 // -------------------------------------------------------------------------------------------------------
 
-static OmStatus make(const OmCliArgs* args, const OmRlTask* task, OmRlDemos* demos) {
-    int number = 35, seed = 1;
+// The first demonstrations of a recording that was stopped are in `part`, beside the file of the whole.
+static OmStatus record_expert(const OmCliArgs* args, const OmRlTask* task, int seed,
+                              const char* part, OmRlDemos* demos) {
+    int number = 35;
     OM_TRY(om_cli_int(args, "--number", &number));
-    OM_TRY(om_cli_int(args, "--seed", &seed));
-    if (om_cli_get(args, "--from")) return follow_all(args, task, seed, demos);
+    if (om_path_exists(part)) OM_TRY(om_rl_demos_load(part, demos));
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
-    OM_TRY(om_rl_demos_record(task, number, (uint64_t)seed, progress, demos));
+    OmStatus status = om_rl_demos_continue(task, number, (uint64_t)seed, progress, demos);
     om_cli_progress_done();
-    return OM_OK;
+    if (status == OM_CANCELLED && demos->ndemo > 0) {
+        OM_TRY(om_rl_demos_save(demos, part));
+        om_cli_path(part);
+        return om_error(OM_CANCELLED,
+                        "cancelled; the first %d demonstrations are in %s, and the same command "
+                        "continues from them",
+                        demos->ndemo, part);
+    }
+    if (status == OM_INVALID && demos->ndemo > 0)
+        return om_error_prefix(status, "%s (delete it to begin again)", part);
+    return status;
 }
 
 // Files are checked before the task is made, which may take a second.
-static OmStatus check_files(const OmCliArgs* args) {
+static OmStatus check_files(const OmCliArgs* args, const char* part) {
     const char *path = om_cli_get(args, "--output"), *from;
     OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
+    OM_TRY(om_file_check_ours(part, "omentum demonstrations"));
     for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
         OmRlTrace trace;
         OM_TRY(om_path_check_apart(from, path));
@@ -101,17 +113,22 @@ static OmStatus check_files(const OmCliArgs* args) {
     return OM_OK;
 }
 
-static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
+static OmStatus record(const OmCliArgs* args, const OmRlTask* task, const char* part) {
     const char* path = om_cli_get(args, "--output");
     OmRlDemos demos = {0};
-    om_cli_clean_beside(path);
-    OmStatus status = make(args, task, &demos);
-    if (status >= 0) status = om_rl_demos_save(&demos, path);
-    if (status < 0) {
-        om_rl_demos_done(&demos);
-        return status;
-    }
+    OmStatus status;
+    int seed = 1;
     double sum = 0;
+    om_cli_clean_beside(path);
+    OM_TRY_DONE(om_cli_int(args, "--seed", &seed));
+    if (om_cli_get(args, "--from")) {
+        om_cli_set_end("omentum rl demo: cancelled; nothing was written\n", 0);
+        OM_TRY_DONE(follow_all(args, task, seed, &demos));
+        om_cli_set_end(NULL, 0);
+    } else
+        OM_TRY_DONE(record_expert(args, task, seed, part, &demos));
+    OM_TRY_DONE(om_rl_demos_save(&demos, path));
+    if (!om_cli_get(args, "--from")) (void)om_path_remove(part);
     for (int k = 0; k < demos.ndemo; ++k) sum += demos.score[k];
     om_cli_figure("demonstrations", demos.ndemo);
     om_cli_figure("steps", demos.nstep);
@@ -119,13 +136,15 @@ static OmStatus record(const OmCliArgs* args, const OmRlTask* task) {
     om_cli_path(path);
     printf("%d demonstrations, %d steps, mean score %.3f: %s\n", demos.ndemo, demos.nstep,
            sum / demos.ndemo, path);
+done:
     om_rl_demos_done(&demos);
-    return OM_OK;
+    return status;
 }
 
 int om_cli_rl_demo(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
+    char part[1024];
     OmRlTask* task = NULL;
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0 && !om_cli_get(&args, "--output"))
@@ -134,7 +153,10 @@ int om_cli_rl_demo(int argc, char** argv) {
         status = om_error(
             OM_INVALID, "--number is of the expert; --from gives one demonstration for each table");
     if (status >= 0) {
-        status = check_files(&args);
+        const char* path = om_cli_get(&args, "--output");
+        status = snprintf(part, sizeof part, "%s.part", path) < (int)sizeof part
+                     ? check_files(&args, part)
+                     : om_error(OM_INVALID, "%s: the path is too long", path);
         if (status < 0) return om_cli_fail("rl demo", status);
         status = om_cli_rl_task(&args, &task);
     }
@@ -143,8 +165,12 @@ int om_cli_rl_demo(int argc, char** argv) {
         om_rl_task_destroy(task);
         return OM_EXIT_USAGE;
     }
-    status = record(&args, task);
+    status = record(&args, task, part);
     om_rl_task_destroy(task);
+    if (status == OM_CANCELLED && !om_cli_get(&args, "--from") && om_path_exists(part)) {
+        fprintf(stderr, "omentum rl demo: %s\n", om_error_message());
+        return OM_EXIT_CANCELLED;
+    }
     return status < 0 ? om_cli_fail("rl demo", status) : OM_EXIT_OK;
 }
 
@@ -157,7 +183,8 @@ const OmCliVerb om_cli_verb_rl_demo = {
         "The expert acts with the noise of a person, from drawn starts. With --from the tip follows the path\n"
         "of a recorded robot, given in the frame of the task (doc/rl.md), by the task's moves and without the\n"
         "pauses of the robot. FILE is HDF5 in the layout of robomimic; omentum rl train reads it for gail and\n"
-        "clone. A person makes demonstrations by omentum rl play --record FILE.",
+        "clone. When it is stopped, FILE.part has the finished demonstrations of the expert, and the same command\n"
+        "continues from them. A person makes demonstrations by omentum rl play --record FILE.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum rl demo -t reach -o out/demos.hdf5\n"

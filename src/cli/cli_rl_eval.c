@@ -31,8 +31,8 @@ static OmStatus print_table(const OmRlTask* task, const OmRlEval* e, OmText* tex
     OM_TRY(om_text_append(text, "episode,return,score,steps,ended"));
     for (int k = 0; k < task->ninfo; ++k) OM_TRY(om_text_append(text, ",%s", task->info_name[k]));
     for (int i = 0; i < e->nepisode; ++i) {
-        OM_TRY(om_text_append(text, "\n%d,%.9g,%.9g,%d,%d", i, e->ret[i], e->score[i], e->length[i],
-                              e->is_ended[i]));
+        OM_TRY(om_text_append(text, "\n%d,%.9g,%.9g,%d,%d", e->episode[i], e->ret[i], e->score[i],
+                              e->length[i], e->is_ended[i]));
         for (int k = 0; k < task->ninfo; ++k)
             OM_TRY(om_text_append(text, ",%.9g", e->info[(ptrdiff_t)i * task->ninfo + k]));
     }
@@ -80,7 +80,9 @@ static void print_tissue(const OmRlTask* task, const OmRlEval* e) {
     }
 }
 
-static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_good) {
+// After a cancellation: the figures and the table of the finished episodes, if there are any.
+static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_good,
+                         bool* is_partial) {
     const char* path = om_cli_get(args, "--policy");
     OmRlPolicy* policy = NULL;
     OmRlEval e = {0};
@@ -95,8 +97,12 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     def.is_drawn = om_cli_get(args, "--drawn") != NULL;
     def.is_random = om_cli_get(args, "--random") != NULL;
     def.is_expert = om_cli_get(args, "--expert") != NULL;
-    OM_TRY_DONE(om_rl_eval_run(&def, om_cli_progress(om_cli_get(args, "--quiet") != NULL), &e));
+    const OmStatus outcome =
+        om_rl_eval_run(&def, om_cli_progress(om_cli_get(args, "--quiet") != NULL), &e);
     om_cli_progress_done();
+    status = outcome;
+    if (outcome < 0 && e.nepisode == 0) goto done;
+    status = OM_OK;
     if (om_cli_get(args, "--output"))
         OM_TRY_DONE(save_table(task, &e, om_cli_get(args, "--output")));
     om_cli_figure("episodes", e.nepisode);
@@ -105,10 +111,15 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     om_cli_figure("lowest_score", e.min_score);
     om_cli_figure("steps", e.mean_length);
     print_scores(task, &def, &e);
-    printf("%d episodes: %s %.3f, lowest %.3f; return %.2f, %.1f steps\n", e.nepisode,
-           task->score_name ? task->score_name : "return", e.mean_score, e.min_score, e.mean_return,
-           e.mean_length);
+    printf("%d %sepisodes: %s %.3f, lowest %.3f; return %.2f, %.1f steps\n", e.nepisode,
+           outcome < 0 ? "finished " : "", task->score_name ? task->score_name : "return",
+           e.mean_score, e.min_score, e.mean_return, e.mean_length);
     print_tissue(task, &e);
+    *is_partial = outcome < 0;
+    if (*is_partial)
+        OM_TRY_DONE(om_error(outcome,
+                             "cancelled; the figures are partial, of the %d finished episodes",
+                             e.nepisode));
     *is_good = !(e.mean_score < task->target);
     if (!*is_good) om_cli_reason("the mean score is below the task's target");
 done:
@@ -121,7 +132,7 @@ int om_cli_rl_eval(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
     OmRlTask* task = NULL;
-    bool is_good = true;
+    bool is_good = true, is_partial = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_rl_task(&args, &task);
     if (status >= 0 && !om_cli_get(&args, "--policy") && !om_cli_get(&args, "--expert") &&
@@ -132,8 +143,12 @@ int om_cli_rl_eval(int argc, char** argv) {
         om_rl_task_destroy(task);
         return OM_EXIT_USAGE;
     }
-    status = evaluate(&args, task, &is_good);
+    status = evaluate(&args, task, &is_good, &is_partial);
     om_rl_task_destroy(task);
+    if (is_partial) {
+        fprintf(stderr, "omentum rl eval: %s\n", om_error_message());
+        return OM_EXIT_CANCELLED;
+    }
     if (status < 0) return om_cli_fail("rl eval", status);
     return is_good ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
@@ -145,7 +160,8 @@ const OmCliVerb om_cli_verb_rl_eval = {
     .usage = "omentum rl eval -t TASK -p FILE [options]",
     .about =
         "Runs one episode from each start of the task's evaluation, or drawn ones. The policy takes the\n"
-        "most probable action. Exit code 1: the mean score is below the task's target.",
+        "most probable action. Exit code 1: the mean score is below the task's target. When it is stopped, it gives\n"
+        "the figures of the finished episodes.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum rl eval -t reach -p out/reach/policy.safetensors\n"

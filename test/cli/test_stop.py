@@ -48,7 +48,10 @@ INPUTS = {"small.yaml": SCENE, "fine.yaml": SCENE.replace("[8, 8, 1]", "[30, 30,
           "middle.yaml": SCENE.replace("speed_mm_s: 50", "speed_mm_s: 200, max_actions: 1")
           .replace("[8, 8, 1]", "[20, 20, 2]").replace("[12, 12, 1]", "[28, 28, 3]"),
           "coarse.yaml": SCENE.replace("task: {", "task: {grid: 3, ").replace("[8, 8, 1]", "[6, 6, 1]"),
-          "strip.yaml": STRIP, "lift.yaml": LIFT, "seen.csv": SEEN, "endless.lp": "p(1). p(X+1) :- p(X).\n"}
+          "strip.yaml": STRIP, "lift.yaml": LIFT, "seen.csv": SEEN, "endless.lp": "p(1). p(X+1) :- p(X).\n",
+          "keys": "3m f\n" * 100000}
+
+KEYS = {"rl play": "keys"}  # the standard input of a verb: a file of INPUTS
 
 KEPT = "the same command continues"
 RECORD = "the record so far is in"
@@ -90,8 +93,10 @@ CASES = [
     ("banet eval", "-d data -w $ROOT/weights/banet.safetensors -o out", 0.15, NOTHING, None),
     ("rl survey", "-t retract", 0.8, EARLY, None),  # it has no progress, and no file
     ("rl train", "-t reach -n 400000 -o out", 0.3, KEPT, r"out"),
-    ("rl eval", "-t retract --random -n 5000", 1.2, NOTHING, None),
-    ("rl demo", "-t retract -n 500 -o out.hdf5", 0.6, NOTHING, None),
+    ("rl eval", "-t retract --random -n 5000", 1.2, NOTHING, None),  # no episode has finished
+    ("rl eval", "-t reach --random -n 10000 -o out.csv", 0.15, "the figures are partial", r"out\.csv"),
+    ("rl demo", "-t retract -s max_step=20 -n 2000 -o out.hdf5", 0.6, KEPT, r"out\.hdf5\.part"),
+    ("rl play", "-t reach --record out.hdf5", 0.3, "finished episodes are recorded", r"out\.hdf5"),
 ]
 
 
@@ -110,8 +115,9 @@ def processor_time(pid):
 
 def start(program, verb, options, folder):
     words = shlex.split(options.replace("$ROOT", str(ROOT)))
-    return subprocess.Popen([program, *verb.split(), *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.PIPE, text=True)
+    with open(folder / KEYS[verb] if verb in KEYS else os.devnull) as keys:
+        return subprocess.Popen([program, *verb.split(), *words], cwd=folder, stdin=keys, stdout=subprocess.DEVNULL,
+                                stderr=subprocess.PIPE, text=True)
 
 
 def stop(process, after, number):
@@ -146,7 +152,7 @@ def check(program, case, number=signal.SIGTERM):
             left = sorted(p.name for p in folder.iterdir() if p.name not in {*INPUTS, "data", "made"})
         last = said.strip().splitlines()[-1] if said.strip() else ""
         print(f"{verb:15} {seconds:.2f} s  {last}  {left}")
-        if EARLY in last and not left and says != EARLY:
+        if (EARLY in last or NOTHING in last) and not left and says not in (EARLY, NOTHING):
             after *= 2
         elif code in (0, 1):
             after /= 2
@@ -167,43 +173,47 @@ def same_files(a, b):
         assert (a / name).read_bytes() == (b / name).read_bytes(), name
 
 
-def check_resume(program, verb, options, after):
-    """Stopped twice, then left alone: the bytes of an uninterrupted run."""
+def check_resume(program, verb, options, after, end=""):
+    """Stopped twice, then left alone: the bytes of an uninterrupted run. `end` is that of the output's name."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for file, text in INPUTS.items():
             (folder / file).write_text(text)
-        whole = start(program, verb, f"{options} -q -o whole", folder)
+        whole = start(program, verb, f"{options} -q -o whole{end}", folder)
         said = whole.communicate()[1]
         assert whole.returncode in (0, 1), said
         stops = 0
         while stops < 2:
-            code, _, said = stop(start(program, verb, f"{options} -q -o cut", folder), after, signal.SIGTERM)
+            code, _, said = stop(start(program, verb, f"{options} -q -o cut{end}", folder), after, signal.SIGTERM)
             stops += 1
             if code == whole.returncode and after > 0.02:  # it ended before the signal: from the beginning, stopped earlier
-                shutil.rmtree(folder / "cut")
+                for path in folder.glob("cut*"):
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
                 after, stops = after / 2, 0
                 continue
-            if EARLY in said and after < 10:  # it had not begun
+            if (EARLY in said or NOTHING in said) and after < 10:  # it had not begun
                 after, stops = after * 1.5, stops - 1
                 continue
             assert code == 130 and KEPT in said, f"{code} {said}"
-        cut = start(program, verb, f"{options} -q -o cut", folder)
+        cut = start(program, verb, f"{options} -q -o cut{end}", folder)
         said = cut.communicate()[1]
         assert cut.returncode == whole.returncode, said
-        same_files(folder / "whole", folder / "cut")
+        if end:
+            assert (folder / f"whole{end}").read_bytes() == (folder / f"cut{end}").read_bytes()
+        else:
+            same_files(folder / "whole", folder / "cut")
         left = sorted(p.name for p in folder.iterdir() if p.name.startswith("cut"))
-        assert left == ["cut"], left
+        assert left == [f"cut{end}"], left
 
 
-def check_waiting(program, number):
+def check_waiting(program, command, words, says, number):
     """A run that waits for a person computes nothing, and still ends: its record is kept. Its input stays open."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         (folder / "small.yaml").write_text(SCENE)
-        process = subprocess.Popen([program, "retract", "small.yaml", "--supervise", "-o", "out"], cwd=folder, stdin=subprocess.PIPE,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        process.stdin.write("pause\n")
+        process = subprocess.Popen([program, *command.split()], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True)
+        process.stdin.write(words)
         process.stdin.flush()
         begin, before = time.monotonic(), -1.0
         while processor_time(process.pid) != before or before < 0.1:  # half a second without work: it waits
@@ -218,10 +228,12 @@ def check_waiting(program, number):
             process.kill()
             raise AssertionError(f"a paused run ignores signal {number}") from None
         said = process.stderr.read()
-        assert process.returncode == 130 and RECORD in said, f"{process.returncode} {said}"
+        assert process.returncode == 130 and says in said, f"{process.returncode} {said}"
 
 
-RESUMED = ("preplan", "coarse.yaml --again 1", 0.25)
+RESUMED = [("preplan", "coarse.yaml --again 1", 0.25), ("rl demo", "-t retract -s max_step=20 -n 60", 0.8, ".hdf5")]
+WAITING = [("retract small.yaml --supervise -o out", "pause\n", RECORD),
+           ("rl play -t reach --record out.hdf5", "3m f\n" * 60 + "2m", "60 finished episodes are recorded")]
 
 
 def main():
@@ -235,10 +247,12 @@ def main():
         if not only or case[0] in only:
             check(program, case)
     if not only or "resume" in only:
-        check_resume(program, *RESUMED)
+        for case in RESUMED:
+            check_resume(program, *case)
     if not only or "waiting" in only:
-        check_waiting(program, signal.SIGINT)
-        check_waiting(program, signal.SIGTERM)
+        for case in WAITING:
+            check_waiting(program, *case, signal.SIGINT)
+            check_waiting(program, *case, signal.SIGTERM)
     if not only or "preplan" in only:
         check(program, next(c for c in CASES if c[0] == "preplan"), signal.SIGINT)
 
