@@ -65,7 +65,7 @@ typedef struct Recording {
     int first;  // episode of block 0
     Watch* watch;
     OmRlDemoEpisode* episode;  // (ndemo)
-    OmStatus* status;      // (ndemo)
+    OmStatus* status;          // (ndemo)
 } Recording;
 
 // One episode of a vector of one environment: episode k is environment 0 of seed + k.
