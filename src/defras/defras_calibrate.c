@@ -15,6 +15,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "defras/defras_trial.h"
 #include "omentum/defras.h"
 
@@ -53,20 +54,13 @@ static OmStatus tick(void* ctx) {
 }
 
 static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
-    int need = p->n + trace->n;
-    if (need > p->capacity) {
-        int capacity = need > 2 * p->capacity ? need : 2 * p->capacity;
-        double* twin = om_realloc(p->twin, (size_t)p->n, (size_t)capacity, sizeof *twin);
-        if (!twin) return OM_NO_MEMORY;
-        p->twin = twin;
-        double* grown = om_realloc(p->truth, (size_t)p->n, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        p->truth = grown;
-        p->capacity = capacity;
+    for (int i = 0; i < trace->n; ++i) {
+        int capacity = p->capacity;  // that of both, once both have grown
+        OM_GROW(p->twin, p->n, capacity, 256);
+        OM_GROW(p->truth, p->n, p->capacity, 256);
+        p->twin[p->n] = trace->force[i];
+        p->truth[p->n++] = truth[i];
     }
-    memcpy(p->twin + p->n, trace->force, (size_t)trace->n * sizeof *trace->force);
-    memcpy(p->truth + p->n, truth, (size_t)trace->n * sizeof *truth);
-    p->n = need;
     return OM_OK;
 }
 

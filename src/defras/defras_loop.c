@@ -193,14 +193,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     if (status == OM_OK && om_world_sources(def->world) & PICTURE)
         status = om_roi_meter_create(om_body_site(def->twin), &loop->meter);
     if (status < 0) {
-        om_match_adoption_destroy(loop->adoption);
-        om_roi_meter_destroy(loop->meter);
-        om_free(loop->always);
-        om_free(loop->source);
-        om_free(loop->increment);
-        om_free(loop->goal);
-        om_free(loop->preplan);
-        om_free(loop);
+        loop->updater = NULL;  // its work is not cancelled
+        om_loop_destroy(loop);
         return status;
     }
     for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};

@@ -4,6 +4,8 @@
 // folds that continue while they gain visibility); force and visibility are those of this body.
 #include "defras/defras_trial.h"
 
+#include "base/base_grow.h"
+
 #define SETTLE_TIME 3.0
 #define SETTLE_SPEED 1e-3
 #define REST_TIME 0.4  // s without motion at the end of a lift or fold
@@ -66,17 +68,9 @@ OmStatus om__trial_grasp_at(Trial* t, OmVec3 tip, TrialResult* c, int* nheld) {
 }
 
 OmStatus om__trace_add(Trace* trace, OmVec3 tip, double force) {
-    if (trace->n == trace->capacity) {
-        int capacity = trace->capacity ? 2 * trace->capacity : 256;
-        OmVec3* tips = om_realloc(trace->tip, (size_t)trace->n, (size_t)capacity, sizeof *tips);
-        if (!tips) return OM_NO_MEMORY;
-        trace->tip = tips;
-        double* forces =
-            om_realloc(trace->force, (size_t)trace->n, (size_t)capacity, sizeof *forces);
-        if (!forces) return OM_NO_MEMORY;
-        trace->force = forces;
-        trace->capacity = capacity;
-    }
+    int capacity = trace->capacity;  // that of both, once both have grown
+    OM_GROW(trace->tip, trace->n, capacity, 256);
+    OM_GROW(trace->force, trace->n, trace->capacity, 256);
     trace->tip[trace->n] = tip;
     trace->force[trace->n++] = force;
     return OM_OK;
