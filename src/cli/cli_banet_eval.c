@@ -2,17 +2,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_network.h"
 #include "omentum/banet_net.h"
 
 #define BAR_ECE 0.05
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE", "of omentum banet train", "weights/banet.safetensors"},
-    {"--data", "-d", "DIR", "samples that were not used for training (another seed)"},
-    {"--samples", NULL, "N", "number of samples, from the first", "all", NULL, 1, 100000000},
+    OM_CLI_EVAL,
     {"--output", "-o", "DIR", "folder for eval.json and samples.csv"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
@@ -185,18 +183,10 @@ done:
 
 int om_cli_banet_eval(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    int npositional, nsample = 0, nworker = 0;
-    OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
-    if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
-    if (status >= 0 && !om_cli_get(&args, "--data"))
-        status =
-            om_error(OM_INVALID, "give the samples (-d DATA); omentum banet generate makes them");
-    if (status < 0) {
-        fprintf(stderr, "omentum banet: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    status = eval(&args, nsample, nworker);
+    int nsample = 0, nworker = 0;
+    const int code = om_cli_begin_eval(&args, "banet", &nsample, &nworker);
+    if (code != OM_EXIT_OK) return code;
+    OmStatus status = eval(&args, nsample, nworker);
     return status < 0 ? om_cli_fail("banet", status) : OM_EXIT_OK;
 }
 

@@ -2,17 +2,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_network.h"
 #include "omentum/banet_data.h"
 
 #define MAX_PART 256
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the data set; finished samples there are kept"},
+    OM_CLI_GENERATE("5000"),
     {"--test", NULL, "NAME",
      "a test set: test, test-camera (380 samples), board, two (190); sets number, seed, way and shares"},
-    {"--samples", "-n", "N", "how many", "5000", NULL, 1, 10000000},
-    {"--seed", NULL, "N", "sample i depends on seed and i only", "1", NULL, 0, 2147483647},
     {"--first", NULL, "N", "index of the first sample, a multiple of --shard; for parts of a set",
      "0", NULL, 0, 10000000},
     {"--part", NULL, "DIR",
@@ -25,11 +23,8 @@ static const OmCliOption option[] = {
      NULL, 0, 1},
     {"--two-share", NULL, "SHARE", "fraction of samples with two attached regions, 0 to 1", "0.15",
      NULL, 0, 1},
-    {"--law", NULL, "NAME", "law of elasticity", "neo-hookean; the thesis's: st-venant-kirchhoff"},
     {"--shard", NULL, "N", "samples per file", "50", NULL, 1, 10000},
     {"--pictures", NULL, "N", "samples shown in the report", "6", NULL, 0, 1000},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
@@ -62,24 +57,21 @@ static OmStatus read_base(const OmCliArgs* args, OmBanetDataDef* def) {
 
 static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
     OM_TRY(read_base(args, def));
-    int seed = (int)def->sample.seed, way = 0;
+    const OmCliGenerate shared = {&def->nsample, &def->shard, &def->nworker, &def->sample.seed,
+                                  &def->sample.law};
+    int way = 0;
     double side_mm = 1e3 * def->sample.side;
-    const char *law = om_cli_get(args, "--law"), *name = om_cli_get(args, "--way");
-    OM_TRY(om_cli_int(args, "--samples", &def->nsample));
-    OM_TRY(om_cli_int(args, "--seed", &seed));
+    const char* name = om_cli_get(args, "--way");
+    OM_TRY(om_cli_read_generate(args, &shared));
     OM_TRY(om_cli_int(args, "--first", &def->first));
-    OM_TRY(om_cli_int(args, "--shard", &def->shard));
     OM_TRY(om_cli_int(args, "--pictures", &def->npicture));
-    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
     OM_TRY(om_cli_double(args, "--side", &side_mm));
     OM_TRY(om_cli_double(args, "--board-share", &def->sample.board_share));
     OM_TRY(om_cli_double(args, "--two-share", &def->sample.two_share));
-    if (law) OM_TRY(om_law_find(law, &def->sample.law));
     while (name && way < OM_BANET_NWAY && strcmp(om_banet_way_name((OmBanetWay)way), name) != 0)
         ++way;
     OM_CHECK(way < OM_BANET_NWAY, OM_INVALID, "--way %s: it must be exact, camera or mixed", name);
     if (name) def->sample.way = (OmBanetWay)way;
-    def->sample.seed = (uint64_t)seed;
     def->sample.side = 1e-3 * side_mm;
     OM_CHECK(def->first % def->shard == 0 && def->first < def->nsample, OM_INVALID,
              "--first %d must be a multiple of --shard %d and below --samples %d", def->first,
@@ -128,10 +120,7 @@ int om_cli_banet_generate(int argc, char** argv) {
         status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     if (status == OM_OK) status = read_def(&args, &def);
     if (status == OM_OK) status = read_parts(&args, part, MAX_PART, &def.npart);
-    if (status < 0) {
-        fprintf(stderr, "omentum banet: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_usage("banet");
     def.part = part;
     status = om_cli_check_apart(def.out_dir, part, def.npart);
     if (status == OM_OK)

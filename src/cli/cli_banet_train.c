@@ -2,15 +2,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_network.h"
 #include "omentum/banet_net.h"
 
 static const OmCliOption option[] = {
-    {"--data", "-d", "DIR", "samples of omentum banet generate"},
-    {"--output", "-o", "DIR", "weights, report, and the checkpoint from which training continues"},
+    OM_CLI_TRAIN("banet", "40", "32", "0.0007"),
     {"--more", NULL, "DIR", "another part of the same set, with larger numbers (generate --first)"},
     {"--samples", NULL, "N", "use the first N samples of each part", "all", NULL, 2, 100000000},
-    {"--validation", NULL, "N", "the last N of these are for validation", "a tenth"},
     {"--channels", NULL, "LIST",
      "channels of the five grids, the finest first; multiples of 16 are fast", "16,32,64,96,128"},
     {"--groups", NULL, "N", "groups of norm behind each convolution; 0: none", "0", NULL, 0, 256},
@@ -18,18 +16,13 @@ static const OmCliOption option[] = {
      0.95},
     {"--grid", NULL, "LIST", "cells of the grid in training, multiples of 16", "48,32,16"},
     {"--images", NULL, "N", "mirror images that a prediction averages", "4", NULL, 1, 8},
-    {"--epochs", NULL, "N", "epochs", "40", NULL, 1, 1000000},
-    {"--batch", NULL, "N", "samples a step", "32", NULL, 1, 1024},
-    {"--rate", NULL, "R", "peak learning rate", "0.0007", NULL, 1e-8, 1},
     {"--shell", NULL, "W", "weight in the loss of cells near the body that hold no vertex", "0.25",
      NULL, 0, 1},
     {"--start", NULL, "FILE", "weights of the same channels to begin with", "random ones"},
-    {"--seed", NULL, "N", "seed of the weights and the order of samples", "1", NULL, 0, 2147483647},
     {"--type", NULL, "NAME", "of values between layers, f32 or bf16", "the faster one here"},
     {"--mpi", NULL, NULL,
      "train on the ranks that mpirun or srun started; for builds with -DOM_WITH_MPI=ON"},
     {"--workers", NULL, "N", "threads, of each rank", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
@@ -68,39 +61,25 @@ static OmStatus read_type(const OmCliArgs* args, OmNetType* type) {
 }
 
 static OmStatus read_def(const OmCliArgs* args, OmBanetTrainDef* def) {
-    int seed = (int)def->seed;
-    OM_TRY(om_cli_get_int(args, "--validation", 1, def->data->nsample, &def->nvalid));
     OM_TRY(read_list(args, "--channels", OM_BANET_NLEVEL, def->channel));
     OM_TRY(read_list(args, "--grid", 3, def->dim));
     OM_TRY(om_cli_int(args, "--groups", &def->ngroup));
     OM_TRY(om_cli_double(args, "--dropout", &def->dropout));
     OM_TRY(om_cli_int(args, "--images", &def->nimage));
-    OM_TRY(om_cli_int(args, "--epochs", &def->nepoch));
-    OM_TRY(om_cli_int(args, "--batch", &def->batch));
-    OM_TRY(om_cli_double(args, "--rate", &def->rate));
     OM_TRY(om_cli_double(args, "--shell", &def->shell));
-    OM_TRY(om_cli_int(args, "--seed", &seed));
-    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
     OM_TRY(read_type(args, &def->type));
-    def->seed = (uint64_t)seed;
     def->start = om_cli_get(args, "--start");
     return OM_OK;
 }
 
-// The command line, for the metadata of the weights.
-static void join_command(int argc, char** argv, char* out, size_t size) {
-    int len = snprintf(out, size, "omentum banet train");
-    for (int i = 1; i < argc && len >= 0 && (size_t)len < size; ++i)
-        len += snprintf(out + len, size - (size_t)len, " %s", argv[i]);
-}
-
 static OmStatus train(const OmCliArgs* args, const OmBanetData* data, const OmTrainGroup* group) {
-    char command[512];
     OmBanetTrainSummary s;
     OmBanetTrainDef def = om_banet_train_default_def(data, om_cli_get(args, "--output"));
+    OmCliTrain t = {data->nsample, &def.nvalid, &def.nepoch, &def.batch,
+                    &def.nworker,  &def.rate,   &def.seed};
+    OM_TRY(om_cli_read_train(args, "banet train", &t));
     OM_TRY(read_def(args, &def));
-    join_command(args->argc, args->argv, command, sizeof command);
-    def.command = command;
+    def.command = t.command;
     const bool is_first = !group || group->rank == 0;  // the rank that reports
     def.group = group;
     const OmProgress* progress = om_cli_progress(!is_first || om_cli_get(args, "--quiet"));
@@ -136,20 +115,11 @@ static OmStatus load(const OmCliArgs* args, int nsample, OmBanetData* data) {
 
 int om_cli_banet_train(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    int npositional, nsample = 0;
+    int nsample = 0;
     OmBanetData data = {0};
-    OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
-    if (status >= 0 && !(om_cli_get(&args, "--data") && om_cli_get(&args, "--output")))
-        status = om_error(
-            OM_INVALID, "give the folder of samples (-d DATA) and the folder of weights (-o DIR)");
-    if (status < 0) {
-        fprintf(stderr, "omentum banet: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    const char* const input[] = {om_cli_get(&args, "--data")};
-    status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
-    if (status < 0) return om_cli_fail("banet", status);
+    OmStatus status = OM_OK;
+    const int code = om_cli_begin_train(&args, "banet", &nsample);
+    if (code != OM_EXIT_OK) return code;
     OmTrainGroup ranks = {0};
     const bool has_ranks = om_cli_get(&args, "--mpi") != NULL;
     if (has_ranks) status = om_train_group_begin_mpi(&ranks);

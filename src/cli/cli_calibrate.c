@@ -154,10 +154,7 @@ static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* di
 
 int om_cli_calibrate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (check_args(&args) < 0) {
-        fprintf(stderr, "omentum calibrate: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (check_args(&args) < 0) return om_cli_usage("calibrate");
     OmCalibrationProblem* problem;
     OmStatus status = om_calibration_problem_load(om_cli_positional(&args, 0),
                                                   om_cli_get(&args, "--observations"), &problem);

@@ -238,6 +238,11 @@ void om_cli_set_restore(void (*restore)(void)) { restore_terminal = restore; }
 
 bool om_cli_is_interrupted(void) { return is_interrupted != 0; }
 
+int om_cli_usage(const char* verb) {
+    fprintf(stderr, "omentum %s: %s\n", verb, om_error_message());
+    return OM_EXIT_USAGE;
+}
+
 int om_cli_fail(const char* verb, OmStatus status) {
     om_cli_progress_done();
     if (status == OM_CANCELLED) {
@@ -254,6 +259,12 @@ int om_cli_fail(const char* verb, OmStatus status) {
 void om_cli_clean_beside(const char* path) {
     char dir[1024];
     if (path && om_path_dir(path, dir, sizeof dir) == OM_OK) om_path_clean(dir, false);
+}
+
+void om_cli_command(const OmCliArgs* args, const char* verb, char* out, size_t size) {
+    int len = snprintf(out, size, "omentum %s", verb);
+    for (int i = 1; i < args->argc && len >= 0 && (size_t)len < size; ++i)
+        len += snprintf(out + len, size - (size_t)len, " %s", args->argv[i]);
 }
 
 int om_cli_check_output(int code) {

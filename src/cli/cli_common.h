@@ -112,6 +112,8 @@ bool om_cli_is_interrupted(void);
 // A second Ctrl-C calls this before it ends the program; only calls that a signal handler may make.
 void om_cli_set_restore(void (*restore)(void));
 
+// Print the error message of this thread; returns OM_EXIT_USAGE.
+int om_cli_usage(const char* verb);
 // Print the error message of this thread and return the exit code that fits the status.
 int om_cli_fail(const char* verb, OmStatus status);
 // The same for work that the same command continues after a cancellation.
@@ -125,6 +127,9 @@ int om_cli_fail_trials(const char* verb, OmStatus status, const char* trials);
 
 // Remove files that killed runs left beside the output file `path`; null: nothing.
 void om_cli_clean_beside(const char* path);
+
+// The command line as text, cut to its size.
+void om_cli_command(const OmCliArgs* args, const char* verb, char* out, size_t size);
 
 // Check that everything printed has arrived. Returns the exit code `code`, or OM_EXIT_STDOUT and a message if the
 // work was done but standard output failed. This case has its own code because the files are complete.

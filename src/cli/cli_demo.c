@@ -446,10 +446,8 @@ static void demo_done(Demo* d) {
 int om_cli_demo(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional, nworker = 0;
-    if (om_cli_check(&args, 0, &npositional) < 0 || om_cli_int(&args, "--workers", &nworker) < 0) {
-        fprintf(stderr, "omentum demo: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (om_cli_check(&args, 0, &npositional) < 0 || om_cli_int(&args, "--workers", &nworker) < 0)
+        return om_cli_usage("demo");
     Demo* d = om_calloc(1, sizeof *d);
     if (!d) return om_cli_fail("demo", OM_NO_MEMORY);
     d->folder.lock = -1;

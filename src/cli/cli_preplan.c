@@ -146,10 +146,7 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
 int om_cli_preplan(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     Settings s = {0};
-    if (read_options(&args, &s) < 0) {
-        fprintf(stderr, "omentum preplan: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (read_options(&args, &s) < 0) return om_cli_usage("preplan");
     OmStatus status = read_scene(&args, &s);
     const char* const input[] = {om_cli_positional(&args, 0)};
     if (status == OM_OK) status = om_cli_check_apart(s.out, input, 1);

@@ -22,10 +22,7 @@ int om_cli_replay(int argc, char** argv) {
     if (status == OM_OK && npositional == 0)
         status =
             om_error(OM_INVALID, "no folder of a recorded run is given; see omentum replay --help");
-    if (status < 0) {
-        fprintf(stderr, "omentum replay: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_usage("replay");
     bool is_quiet = om_cli_get(args, "--quiet") != NULL;
     OmReplayDef def = om_replay_default_def(om_cli_positional(args, 0));
     OmReplayResult r;

@@ -161,9 +161,8 @@ int om_cli_rl_demo(int argc, char** argv) {
         status = om_cli_rl_task(&args, &task);
     }
     if (status < 0) {
-        fprintf(stderr, "omentum rl demo: %s\n", om_error_message());
         om_rl_task_destroy(task);
-        return OM_EXIT_USAGE;
+        return om_cli_usage("rl demo");
     }
     status = record(&args, task, part);
     om_rl_task_destroy(task);

@@ -139,9 +139,8 @@ int om_cli_rl_eval(int argc, char** argv) {
         !om_cli_get(&args, "--random"))
         status = om_error(OM_INVALID, "give a policy (-p FILE), --expert or --random");
     if (status < 0) {
-        fprintf(stderr, "omentum rl eval: %s\n", om_error_message());
         om_rl_task_destroy(task);
-        return OM_EXIT_USAGE;
+        return om_cli_usage("rl eval");
     }
     status = evaluate(&args, task, &is_good, &is_partial);
     om_rl_task_destroy(task);

@@ -400,10 +400,7 @@ int om_cli_rl_play(int argc, char** argv) {
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = read_options(&args, &p, &fps);
     if (status >= 0) status = om_cli_rl_task(&args, &task);
-    if (status < 0) {
-        fprintf(stderr, "omentum rl play: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_usage("rl play");
     p.task = task;
     status = play(&args, &p, fps);
     om_rl_task_destroy(task);

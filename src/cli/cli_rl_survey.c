@@ -43,10 +43,7 @@ int om_cli_rl_survey(int argc, char** argv) {
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
     if (status >= 0) status = om_cli_rl_task(&args, &task);
-    if (status < 0) {
-        fprintf(stderr, "omentum rl survey: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_usage("rl survey");
     OmRlSurvey survey;
     status = om_rl_retract_survey(task, nworker, &survey);
     om_rl_task_destroy(task);

@@ -184,9 +184,7 @@ static OmStatus train(const OmCliArgs* args, const OmRlTask* task, const OmRlTas
     OmRlTrainDef def = om_rl_train_default_def(task, om_cli_get(args, "--output"));
     OM_TRY(read_def(args, &def));
     def.eval_task = eval_task;
-    int len = snprintf(command, sizeof command, "omentum rl train");
-    for (int i = 1; i < args->argc && len >= 0 && (size_t)len < sizeof command; ++i)
-        len += snprintf(command + len, sizeof command - (size_t)len, " %s", args->argv[i]);
+    om_cli_command(args, "rl train", command, sizeof command);
     def.command = command;
     bool is_quiet = om_cli_get(args, "--quiet") != NULL;
     note_meaning(&def);
@@ -218,9 +216,8 @@ int om_cli_rl_train(int argc, char** argv) {
     }
     if (status >= 0) status = om_cli_rl_more(&args, "--eval-set", &eval_task);
     if (status < 0) {
-        fprintf(stderr, "omentum rl train: %s\n", om_error_message());
         om_rl_task_destroy(task);
-        return OM_EXIT_USAGE;
+        return om_cli_usage("rl train");
     }
     const char* const input[] = {om_cli_get(&args, "--demos"), om_cli_get(&args, "--start")};
     status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 2);

@@ -1,13 +1,6 @@
 // cli_study.c: what the command lines of the studies share.
 #include "cli_study.h"
 
-#include <stdio.h>
-
-int om_cli_study_usage(void) {
-    fprintf(stderr, "omentum study: %s\n", om_error_message());
-    return OM_EXIT_USAGE;
-}
-
 const OmProgress* om_cli_study_begin(const OmCliArgs* args) {
     double minutes = 0;
     (void)om_cli_double(args, "--minutes", &minutes);  // om_cli_check has read it

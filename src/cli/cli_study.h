@@ -12,8 +12,6 @@
     {"--quiet", "-q", NULL, "no progress"}
 // clang-format on
 
-// Say why the command line is wrong; returns the exit code.
-int om_cli_study_usage(void);
 // The progress of a study, which prints its estimate, and its end: Ctrl-C, SIGTERM, SIGHUP and --minutes end the study,
 // and after a second more the program, whatever it computes then. Finished results are whole on disk at any moment.
 const OmProgress* om_cli_study_begin(const OmCliArgs* args);

@@ -447,7 +447,7 @@ int om_cli_study_attachments(int argc, char** argv) {
     if (status >= 0) status = om_cli_int(&args, "--runs", &o.nrun);
     if (status >= 0) status = om_cli_int(&args, "--solves", &o.nsolve);
     if (status >= 0) status = om_cli_int(&args, "--cases", &o.ncase);
-    if (status < 0) return om_cli_study_usage();
+    if (status < 0) return om_cli_usage("study");
     o.is_quick = om_cli_get(&args, "--quick") != NULL;
     o.progress = om_cli_study_begin(&args);
     return part ? part->run(&o) : run_all(&o);

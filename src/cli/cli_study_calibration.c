@@ -75,7 +75,7 @@ int om_cli_study_calibration(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyCalibrationSummary summary;
     OmStudyCalibrationDef def = om_study_calibration_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    if (read_def(&args, &def) < 0) return om_cli_usage("study");
     const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_calibration_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);

@@ -167,7 +167,7 @@ static OmStatus check_args(const OmCliArgs* args) {
 
 int om_cli_study_contact(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (check_args(&args) < 0) return om_cli_study_usage();
+    if (check_args(&args) < 0) return om_cli_usage("study");
     OmStudyBody* body = NULL;
     OmStudyContactSummary summary;
     const char* const input[] = {om_cli_get(&args, "--mesh"), om_cli_get(&args, "--lesions")};

@@ -120,7 +120,7 @@ int om_cli_study_learning(int argc, char** argv) {
     char key[MAX_SETTING][KEY];
     OmStudyLearningSummary summary;
     OmStudyLearningDef def = om_study_learning_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, setting, key, &def) < 0) return om_cli_study_usage();
+    if (read_def(&args, setting, key, &def) < 0) return om_cli_usage("study");
     const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_study_learning_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);

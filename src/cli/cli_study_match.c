@@ -56,7 +56,7 @@ int om_cli_study_correspondence(int argc, char** argv) {
         status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     if (status >= 0) status = om_cli_double(&args, "--spacing", &spacing);
     if (status >= 0) status = om_cli_int(&args, "--workers", &def.nworker);
-    if (status < 0) return om_cli_study_usage();
+    if (status < 0) return om_cli_usage("study");
     def.spacing = 1e-3 * spacing;
     def.is_quick = om_cli_get(&args, "--quick") != NULL;
     OmStudyCorrespondenceSummary summary;

@@ -83,7 +83,7 @@ int om_cli_study_methods(int argc, char** argv) {
     OmStudyMethodsSummary summary;
     char weights[1024] = "";
     OmStudyMethodsDef def = om_study_methods_default_def(om_cli_get(&args, "--output"), weights);
-    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    if (read_def(&args, &def) < 0) return om_cli_usage("study");
     const OmProgress* progress = om_cli_study_begin(&args);
     OmStatus status = om_cli_weights_path(&args, weights, sizeof weights);
     const char* const input[] = {weights};

@@ -122,7 +122,7 @@ int om_cli_study_retraction(int argc, char** argv) {
     OmStudyRetractionDef def = om_study_retraction_default_def(om_cli_get(&args, "--output"));
     char table[1024];
     if (read_def(&args, &def) < 0 || read_draw(&args, table, sizeof table, &def) < 0)
-        return om_cli_study_usage();
+        return om_cli_usage("study");
     om_log_set_sink(NULL, NULL);  // warnings of single runs are in their reports
     OmStudyRetractionSummary summary;
     const OmProgress* progress = om_cli_study_begin(&args);

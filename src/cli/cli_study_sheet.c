@@ -57,7 +57,7 @@ static void print_result(const OmStudySheetSummary* r, const char* dir) {
 int om_cli_study_sheet(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudySheetDef def = om_study_sheet_default_def(om_cli_get(&args, "--output"));
-    if (read_def(&args, &def) < 0) return om_cli_study_usage();
+    if (read_def(&args, &def) < 0) return om_cli_usage("study");
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     OmStudySheetSummary summary;
     const OmProgress* progress = om_cli_study_begin(&args);

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_network.h"
 #include "omentum/umesh_net.h"
 
 #define BAR_MEAN 0.05   // mm, mean of all samples
@@ -13,12 +13,10 @@
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE", "of omentum umesh train",
      "the phantom's, weights/phantom.safetensors"},
-    {"--data", "-d", "DIR", "samples that were not used for training (another seed)"},
-    {"--samples", NULL, "N", "number of samples, from the first", "all", NULL, 1, 100000000},
+    OM_CLI_EVAL,
     {"--output", "-o", "DIR", "folder for eval.json and errors.csv"},
     {"--tolerance", NULL, "MM", "of the refinement", "0.05", "mm", 1e-6, 100},
     {"--record", NULL, "FILE", "copy of the weights with these results in the metadata"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
 };
 
 static const OmCliKey result_key[] = {
@@ -96,8 +94,7 @@ static int count_above(const OmUmeshEval* e) {
     return num;
 }
 
-static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int nworker,
-                     bool* is_met) {
+static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_met) {
     OmUmeshNet* net = NULL;
     OmUmeshData data = {0};
     OmUmeshEval e = {0};
@@ -105,7 +102,9 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     const char *dir = om_cli_get(args, "--output"), *record = om_cli_get(args, "--record");
     const bool is_there = dir && om_path_exists(dir);
     char weights[1024];
+    double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     OmStatus status;
+    OM_TRY(om_cli_double(args, "--tolerance", &tolerance));
     OM_TRY(om_cli_weights_path(args, weights, sizeof weights));
     const char* const input[] = {om_cli_get(args, "--data"), weights};
     OM_TRY(om_cli_check_apart(dir, input,
@@ -166,21 +165,11 @@ done:
 
 int om_cli_umesh_eval(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    int npositional, nsample = 0, nworker = 0;
-    double tolerance = 1e3 * OM_UMESH_TOLERANCE;
+    int nsample = 0, nworker = 0;
     bool is_met = false;
-    OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
-    if (status >= 0) status = om_cli_double(&args, "--tolerance", &tolerance);
-    if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
-    if (status >= 0 && !om_cli_get(&args, "--data"))
-        status =
-            om_error(OM_INVALID, "give the samples (-d DATA); omentum umesh generate makes them");
-    if (status < 0) {
-        fprintf(stderr, "omentum umesh: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    status = eval(&args, nsample, tolerance, nworker, &is_met);
+    const int code = om_cli_begin_eval(&args, "umesh", &nsample, &nworker);
+    if (code != OM_EXIT_OK) return code;
+    OmStatus status = eval(&args, nsample, nworker, &is_met);
     if (status < 0) return om_cli_fail("umesh", status);
     return is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }

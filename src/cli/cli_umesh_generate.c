@@ -3,14 +3,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli_common.h"
+#include "cli_network.h"
 #include "omentum/shape_file.h"
 #include "omentum/umesh.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the data set; finished samples there are kept"},
-    {"--samples", "-n", "N", "how many", "1000", NULL, 1, 10000000},
-    {"--seed", NULL, "N", "sample i depends on seed and i only", "1", NULL, 0, 2147483647},
+    OM_CLI_GENERATE("1000"),
     {"--model", NULL, "PATH",
      "a folder of omentum model, or a closed surface (.stl .obj .ply); default: phantom"},
     {"--unit", NULL, "METRES", "unit of the surface file", "0.001", "m", 1e-9, 1e3},
@@ -21,7 +19,6 @@ static const OmCliOption option[] = {
      0.01, 1000},
     {"--points", NULL, "NXxNYxNZ",
      "smallest number of points of the padded grid (thesis 32x24x16; default: as few as fit)"},
-    {"--law", NULL, "NAME", "law of elasticity", "neo-hookean; the thesis's: st-venant-kirchhoff"},
     {"--young", NULL, "PA", "Young's modulus", "the model's; phantom and surfaces 1800", "Pa", 1e-3,
      1e12},
     {"--poisson", NULL, "NU", "Poisson's ratio", "the model's; else 0.45", NULL, 0, 0.499},
@@ -33,8 +30,6 @@ static const OmCliOption option[] = {
      0, 1},
     {"--pull-share", NULL, "SHARE", "fraction of samples pulled outwards, 0 to 1", "0", NULL, 0, 1},
     {"--shard", NULL, "N", "samples per file", "100", NULL, 1, 10000},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
@@ -92,13 +87,10 @@ static OmStatus read_grid(const OmCliArgs* args, OmUmeshOrganDef* def) {
 // ---- the data ---------------------------------------------------------------------------------------
 
 static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
-    int seed = (int)def->seed;
+    const OmCliGenerate shared = {&def->nsample, &def->shard, &def->nworker, &def->seed,
+                                  &def->material.law};
     double tilt_deg = def->max_tilt * 180 / OM_PI, press_mm = 1e3 * def->max_press;
-    const char* law = om_cli_get(args, "--law");
-    OM_TRY(om_cli_int(args, "--samples", &def->nsample));
-    OM_TRY(om_cli_int(args, "--seed", &seed));
-    OM_TRY(om_cli_int(args, "--shard", &def->shard));
-    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
+    OM_TRY(om_cli_read_generate(args, &shared));
     OM_TRY(om_cli_double(args, "--young", &def->material.young));
     OM_TRY(om_cli_double(args, "--poisson", &def->material.poisson));
     OM_TRY(om_cli_double(args, "--force", &def->max_force));
@@ -106,8 +98,6 @@ static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
     OM_TRY(om_cli_double(args, "--press", &press_mm));
     OM_TRY(om_cli_double(args, "--press-share", &def->press_share));
     OM_TRY(om_cli_double(args, "--pull-share", &def->pull_share));
-    if (law) OM_TRY(om_law_find(law, &def->material.law));
-    def->seed = (uint64_t)seed;
     def->max_tilt = tilt_deg * OM_PI / 180;
     def->max_press = 1e-3 * press_mm;
     return OM_OK;
@@ -196,10 +186,7 @@ int om_cli_umesh_generate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmUmeshOrganDef def = om_umesh_organ_default_def();
     Source source = {0};
-    if (check_args(&args, &def) < 0) {
-        fprintf(stderr, "omentum umesh: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (check_args(&args, &def) < 0) return om_cli_usage("umesh");
     const char* const input[] = {om_cli_get(&args, "--model")};
     OmStatus status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
     if (status == OM_OK) status = read_model(&args, &def, &source);

@@ -285,10 +285,7 @@ int om_cli_umesh_predict(int argc, char** argv) {
     bool is_good = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
-    if (status < 0) {
-        fprintf(stderr, "omentum umesh: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+    if (status < 0) return om_cli_usage("umesh");
     status = run(&args, nworker, &is_good);
     if (status < 0) return om_cli_fail("umesh", status);
     return is_good ? OM_EXIT_OK : OM_EXIT_FAILED;
