@@ -76,49 +76,10 @@ void om__rl_retract_use_reality(OmRlRetractDef* def) {
 
 // ---- the definition ---------------------------------------------------------------------------------
 
-typedef struct Limit {
-    const char* name;
-    size_t at;  // of a double in the definition
-    double lo, hi;
-} Limit;
-
-#define LIMIT(field, lo, hi) \
-    { #field, offsetof(OmRlRetractDef, field), lo, hi }
-static const Limit limit_table[] = {LIMIT(thickness, 0.0005, 0.02),
-                                    LIMIT(cluster_spacing, 0.003, 0.05),
-                                    LIMIT(cluster_radius, 0.0015, 0.05),
-                                    LIMIT(cluster_stiffness, 0, 1),
-                                    LIMIT(young, 10, 1e7),
-                                    LIMIT(poisson, 0, 0.4999),
-                                    LIMIT(density, 1, 1e5),
-                                    LIMIT(tumour_x, -0.05, 0.05),
-                                    LIMIT(tumour_y, -0.05, 0.05),
-                                    LIMIT(tumour_radius, 0.002, 0.03),
-                                    LIMIT(move, 1e-5, 0.005),
-                                    LIMIT(time_step, 1e-4, 0.1),
-                                    LIMIT(grasp_radius, 0.001, 0.02),
-                                    LIMIT(reach, 0, 0.02),
-                                    LIMIT(start_height, 0.003, 0.05),
-                                    LIMIT(goal_along, 0, OM__RL_LENGTH),
-                                    LIMIT(tip_error, 0, 0.02),
-                                    LIMIT(camera_noise, 0, 100),
-                                    LIMIT(slip_force, 0, 1000),
-                                    LIMIT(step_cost, 0, 1),
-                                    LIMIT(margin, 0, 0.02),
-                                    LIMIT(vary_thickness, 0, 0.5),
-                                    LIMIT(vary_softness, 0, 0.9),
-                                    LIMIT(vary_kidney, 0, 0.02)};
-
 static OmStatus check_def(const OmRlRetractDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
              "rl retract: the definition was not made by om_rl_retract_default_def");
-    for (size_t k = 0; k < sizeof limit_table / sizeof *limit_table; ++k) {
-        const Limit* l = &limit_table[k];
-        double v;
-        memcpy(&v, (const char*)d + l->at, sizeof v);
-        OM_CHECK(v >= l->lo && v <= l->hi, OM_INVALID,
-                 "rl retract: %s is %g; it must be from %g to %g", l->name, v, l->lo, l->hi);
-    }
+    OM_TRY(om__rl_retract_check_numbers(d));
     OM_CHECK(
         d->max_step >= 1 && d->hold >= 1 && d->repeat >= 1 && d->repeat <= 100, OM_INVALID,
         "rl retract: max_step is %d, hold %d, repeat %d; all must be at least 1, repeat at most 100",

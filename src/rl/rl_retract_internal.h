@@ -168,6 +168,8 @@ OmStatus om__rl_place_psm(const OmRlRetractDef* def, double side, OmPsm* psm, Om
 OmVec3 om__rl_rest_place(const OmRlRetract* t, double along, double across);
 /// The errors of "reality" (Fig. 5.10): other tissue, thickness, kidney, tip and camera.
 void om__rl_retract_use_reality(OmRlRetractDef* def);
+/// The limits of its numbers, those of the settings.
+OmStatus om__rl_retract_check_numbers(const OmRlRetractDef* def);
 void om__rl_retract_destroy(OmRlTask* task);
 
 #endif

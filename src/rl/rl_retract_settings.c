@@ -7,50 +7,73 @@
 
 typedef enum Kind { NUMBER, COUNT, FLAG } Kind;
 
-typedef struct Setting {
-    const char* key;
+typedef struct Field {
+    const char* name;  // of the definition, which has these limits too; null: checked elsewhere
+    const char* key;   // of the setting; null: there is none
     Kind kind;
     size_t at;  // of the field in the definition
     double unit;
     double lo, hi;  // in units of the setting
-} Setting;
+} Field;
 
-#define AT(field) offsetof(OmRlRetractDef, field)
-static const Setting table[] = {{"thickness_mm", NUMBER, AT(thickness), 1e-3, 0.5, 20},
-                                {"cluster_spacing_mm", NUMBER, AT(cluster_spacing), 1e-3, 3, 50},
-                                {"cluster_radius_mm", NUMBER, AT(cluster_radius), 1e-3, 1.5, 50},
-                                {"cluster_stiffness", NUMBER, AT(cluster_stiffness), 1, 0, 1},
-                                {"self_collision", FLAG, AT(has_self_collision), 1, 0, 1},
-                                {"young", NUMBER, AT(young), 1, 10, 1e7},
-                                {"poisson", NUMBER, AT(poisson), 1, 0, 0.4999},
-                                {"density", NUMBER, AT(density), 1, 1, 1e5},
-                                {"kidney_shift_x_mm", NUMBER, AT(kidney_shift.x), 1e-3, -20, 20},
-                                {"kidney_shift_y_mm", NUMBER, AT(kidney_shift.y), 1e-3, -20, 20},
-                                {"kidney_label", COUNT, AT(kidney_label), 1, 0, 65535},
-                                {"tumour_x_mm", NUMBER, AT(tumour_x), 1e-3, -50, 50},
-                                {"tumour_y_mm", NUMBER, AT(tumour_y), 1e-3, -50, 50},
-                                {"goal_mm", NUMBER, AT(goal_along), 1e-3, 0, 90},
-                                {"max_step", COUNT, AT(max_step), 1, 1, 1e9},
-                                {"hold", COUNT, AT(hold), 1, 1, 1e6},
-                                {"fixed_horizon", FLAG, AT(has_fixed_horizon), 1, 0, 1},
-                                {"repeat", COUNT, AT(repeat), 1, 1, 100},
-                                {"still", COUNT, AT(still), 1, 0, 1e9},
-                                {"gripper", FLAG, AT(has_gripper), 1, 0, 1},
-                                {"move_mm", NUMBER, AT(move), 1e-3, 0.01, 5},
-                                {"start_height_mm", NUMBER, AT(start_height), 1e-3, 3, 50},
-                                {"points", COUNT, AT(npoint), 1, 0, OM_RL_MAX_POINT},
-                                {"picture", FLAG, AT(has_picture), 1, 0, 1},
-                                {"awake", FLAG, AT(is_awake), 1, 0, 1},
-                                {"tip_error_mm", NUMBER, AT(tip_error), 1e-3, 0, 20},
-                                {"camera_noise", NUMBER, AT(camera_noise), 1, 0, 100},
-                                {"step_cost", NUMBER, AT(step_cost), 1, 0, 1},
-                                {"margin_mm", NUMBER, AT(margin), 1e-3, 0, 20},
-                                {"slip_n", NUMBER, AT(slip_force), 1, 0, 1000},
-                                {"variants", COUNT, AT(nvariant), 1, 1, OM_RL_MAX_VARIANT},
-                                {"vary_thickness", NUMBER, AT(vary_thickness), 1, 0, 0.5},
-                                {"vary_softness", NUMBER, AT(vary_softness), 1, 0, 0.9},
-                                {"vary_kidney_mm", NUMBER, AT(vary_kidney), 1e-3, 0, 20}};
-enum { NSETTING = sizeof table / sizeof *table };
+// clang-format off
+#define LIMIT(field, key, unit, lo, hi) {#field, key, NUMBER, offsetof(OmRlRetractDef, field), unit, lo, hi}
+#define KEY(kind, field, key, unit, lo, hi) {NULL, key, kind, offsetof(OmRlRetractDef, field), unit, lo, hi}
+// clang-format on
+static const Field table[] = {
+    LIMIT(thickness, "thickness_mm", 1e-3, 0.5, 20),
+    LIMIT(cluster_spacing, "cluster_spacing_mm", 1e-3, 3, 50),
+    LIMIT(cluster_radius, "cluster_radius_mm", 1e-3, 1.5, 50),
+    LIMIT(cluster_stiffness, "cluster_stiffness", 1, 0, 1),
+    LIMIT(young, "young", 1, 10, 1e7),
+    LIMIT(poisson, "poisson", 1, 0, 0.4999),
+    LIMIT(density, "density", 1, 1, 1e5),
+    LIMIT(tumour_x, "tumour_x_mm", 1e-3, -50, 50),
+    LIMIT(tumour_y, "tumour_y_mm", 1e-3, -50, 50),
+    LIMIT(goal_along, "goal_mm", 1e-3, 0, 1e3 * OM__RL_LENGTH),
+    LIMIT(move, "move_mm", 1e-3, 0.01, 5),
+    LIMIT(start_height, "start_height_mm", 1e-3, 3, 50),
+    LIMIT(tip_error, "tip_error_mm", 1e-3, 0, 20),
+    LIMIT(camera_noise, "camera_noise", 1, 0, 100),
+    LIMIT(slip_force, "slip_n", 1, 0, 1000),
+    LIMIT(step_cost, "step_cost", 1, 0, 1),
+    LIMIT(margin, "margin_mm", 1e-3, 0, 20),
+    LIMIT(vary_thickness, "vary_thickness", 1, 0, 0.5),
+    LIMIT(vary_softness, "vary_softness", 1, 0, 0.9),
+    LIMIT(vary_kidney, "vary_kidney_mm", 1e-3, 0, 20),
+    LIMIT(tumour_radius, NULL, 1e-3, 2, 30),
+    LIMIT(time_step, NULL, 1, 1e-4, 0.1),
+    LIMIT(grasp_radius, NULL, 1e-3, 1, 20),
+    LIMIT(reach, NULL, 1e-3, 0, 20),
+    KEY(NUMBER, kidney_shift.x, "kidney_shift_x_mm", 1e-3, -20, 20),
+    KEY(NUMBER, kidney_shift.y, "kidney_shift_y_mm", 1e-3, -20, 20),
+    KEY(COUNT, kidney_label, "kidney_label", 1, 0, 65535),
+    KEY(COUNT, max_step, "max_step", 1, 1, 1e9),
+    KEY(COUNT, hold, "hold", 1, 1, 1e6),
+    KEY(COUNT, repeat, "repeat", 1, 1, 100),
+    KEY(COUNT, still, "still", 1, 0, 1e9),
+    KEY(COUNT, npoint, "points", 1, 0, OM_RL_MAX_POINT),
+    KEY(COUNT, nvariant, "variants", 1, 1, OM_RL_MAX_VARIANT),
+    KEY(FLAG, has_self_collision, "self_collision", 1, 0, 1),
+    KEY(FLAG, has_fixed_horizon, "fixed_horizon", 1, 0, 1),
+    KEY(FLAG, has_gripper, "gripper", 1, 0, 1),
+    KEY(FLAG, has_picture, "picture", 1, 0, 1),
+    KEY(FLAG, is_awake, "awake", 1, 0, 1),
+};
+enum { NFIELD = sizeof table / sizeof *table };
+
+OmStatus om__rl_retract_check_numbers(const OmRlRetractDef* def) {
+    for (int k = 0; k < NFIELD; ++k) {
+        const Field* e = &table[k];
+        double v;
+        if (!e->name) continue;
+        memcpy(&v, (const char*)def + e->at, sizeof v);
+        const double lo = e->unit * e->lo, hi = e->unit * e->hi;
+        OM_CHECK(v >= lo && v <= hi, OM_INVALID, "rl retract: %s is %g; it must be from %g to %g",
+                 e->name, v, lo, hi);
+    }
+    return OM_OK;
+}
 
 // Settings whose value is a word.
 static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_used) {
@@ -105,13 +128,14 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
 }
 
 static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
-    const char* known[NSETTING + 7];
+    const char* known[NFIELD + 7];
+    int nknown = 0;
     bool is_used;
     OM_TRY(use_word(s, def, &is_used));
     if (is_used) return OM_OK;
-    for (int k = 0; k < NSETTING; ++k) {
-        const Setting* e = &table[k];
-        if (strcmp(s->key, e->key) != 0) continue;
+    for (int k = 0; k < NFIELD; ++k) {
+        const Field* e = &table[k];
+        if (!e->key || strcmp(s->key, e->key) != 0) continue;
         double v;
         OM_TRY(om__rl_setting_number("retract", s, e->lo, e->hi, &v));
         char* field = (char*)def + e->at;
@@ -125,10 +149,11 @@ static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
         if (e->kind == FLAG) memcpy(field, &flag, sizeof flag);
         return OM_OK;
     }
-    for (int k = 0; k < NSETTING; ++k) known[k] = table[k].key;
-    known[NSETTING] = "reward", known[NSETTING + 1] = "tissue", known[NSETTING + 2] = "world";
-    known[NSETTING + 3] = "instrument", known[NSETTING + 4] = "picture_side";
-    known[NSETTING + 5] = "kidney", known[NSETTING + 6] = NULL;
+    for (int k = 0; k < NFIELD; ++k)
+        if (table[k].key) known[nknown++] = table[k].key;
+    known[nknown++] = "reward", known[nknown++] = "tissue", known[nknown++] = "world";
+    known[nknown++] = "instrument", known[nknown++] = "picture_side", known[nknown++] = "kidney";
+    known[nknown] = NULL;
     return om__rl_setting_unknown("retract", s, known);
 }
 
