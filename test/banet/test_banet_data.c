@@ -2,7 +2,7 @@
 #include "banet/banet_data_internal.h"
 #include "banet/test_banet.h"
 #include "test_alloc.h"
-#include "test_files.h"
+#include "test_samples.h"
 
 // Small bodies that cost little.
 static OmBanetDataDef small_def(const char* dir) {
@@ -16,30 +16,6 @@ static OmBanetDataDef small_def(const char* dir) {
     def.shard = 4;
     def.npicture = 0;
     return def;
-}
-
-typedef struct Folder {
-    char dir[256], path[2][300];  // and its two shards
-} Folder;
-
-static Folder fresh_folder(const char* name) {
-    Folder f;
-    snprintf(f.dir, sizeof f.dir, "%s", temp_path(name));
-    snprintf(f.path[0], sizeof f.path[0], "%s/samples_000000.h5", f.dir);
-    snprintf(f.path[1], sizeof f.path[1], "%s/samples_000004.h5", f.dir);
-    if (om_path_exists(f.dir)) assert_ok(om_path_remove(f.dir));
-    return f;
-}
-
-static void assert_same_file(const char* a, const char* b) {
-    char *p, *q;
-    size_t np, nq;
-    assert_ok(om_file_read(a, 1 << 26, &p, &np));
-    assert_ok(om_file_read(b, 1 << 26, &q, &nq));
-    assert_int_equal(np, nq);
-    assert_memory_equal(p, q, np);
-    om_free(p);
-    om_free(q);
 }
 
 static void assert_same_cells(const OmBanetCells* a, const OmBanetCells* b) {
@@ -140,6 +116,27 @@ static void test_shard_memory(void** state) {
     assert_ok(om_path_remove(path));
 }
 
+// ---- the set of the shared cases -----------------------------------------------------------------------
+
+static OmStatus generate(const void* ctx, const char* dir, int nsample, const OmProgress* progress,
+                         int* nmade) {
+    OmBanetDataDef def = *(const OmBanetDataDef*)ctx;
+    OmBanetSummary sum = {0};
+    def.out_dir = dir;
+    def.nsample = nsample;
+    OmStatus status = om_banet_generate(&def, progress, &sum);
+    *nmade = sum.nmade;
+    return status;
+}
+
+static OmStatus load(const char* dir) {
+    OmBanetData data;
+    OmStatus status = om_banet_data_load(dir, 0, &data);
+    if (status < 0) assert_null(data.sample);
+    om_banet_data_done(&data);
+    return status;
+}
+
 // ---- sets -------------------------------------------------------------------------------------------
 
 static void test_workers(void** state) {
@@ -148,20 +145,16 @@ static void test_workers(void** state) {
     OmBanetDataDef def = small_def(one.dir);
     OmBanetSummary a, b;
     OmBanetData data;
-    char file[300];
     def.nworker = 1;
     assert_ok(om_banet_generate(&def, NULL, &a));
     def.out_dir = two.dir;
     def.nworker = 3;
     def.npicture = 1;  // of the report, not of the set
     assert_ok(om_banet_generate(&def, NULL, &b));
-    for (int k = 0; k < 2; ++k) assert_same_file(one.path[k], two.path[k]);
+    assert_same_shards(&one, &two);
     assert_true(a.nsample == 6 && a.nmade == 6 && a.nbyte == b.nbyte && a.nbyte > 1000);
     assert_true(a.median_u == b.median_u && a.median_u > 0 && a.max_u >= a.median_u);
-    snprintf(file, sizeof file, "%s/summary.json", one.dir);
-    assert_true(om_path_exists(file));
-    snprintf(file, sizeof file, "%s/report.html", one.dir);
-    assert_true(om_path_exists(file));
+    assert_has_report(&one);
     // a sample of the set, made alone
     assert_ok(om_banet_data_load(one.dir, 0, &data));
     assert_true(data.nsample == 6 && data.first == 0 && data.seed == 77 && data.side == 0.6);
@@ -180,37 +173,15 @@ static void test_workers(void** state) {
     assert_ok(om_path_remove(two.dir));
 }
 
-static bool stop_at_five(void* ctx, const char* stage, double done, double total) {
-    (void)stage;
-    (void)total;
-    *(int*)ctx += 1;
-    return done < 5;
-}
-
 // Stopped in the second shard, continued, extended, in parts: the files of an uninterrupted run.
 static void test_resume(void** state) {
     (void)state;
     Folder whole = fresh_folder("banet3"), f = fresh_folder("banet4");
     OmBanetDataDef def = small_def(whole.dir);
     OmBanetSummary sum;
-    assert_ok(om_banet_generate(&def, NULL, NULL));
-    def.out_dir = f.dir;
     def.nworker = 1;
-    int nreport = 0;
-    OmProgress progress = {stop_at_five, &nreport};
-    assert_status(om_banet_generate(&def, &progress, &sum), OM_CANCELLED);
-    assert_true(nreport > 0);
-    assert_same_file(whole.path[0], f.path[0]);
-    assert_false(om_path_exists(f.path[1]));
-    def.nsample = 5;
-    assert_ok(om_banet_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 1);
-    def.nsample = 6;
-    assert_ok(om_banet_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 2);  // the short shard is made again
-    for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], f.path[k]);
-    assert_ok(om_banet_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 0);
+    assert_resumes(&(TestSet){&def, generate, load}, &whole, &f);
+    def.out_dir = f.dir;
     // other settings have no business in the folder
     def.sample.share[1] = 0.4;
     assert_status(om_banet_generate(&def, NULL, &sum), OM_INVALID);
@@ -228,7 +199,7 @@ static void test_resume(void** state) {
     def.out_dir = both.dir, def.first = 0, def.part = part, def.npart = 2;
     assert_ok(om_banet_generate(&def, NULL, &sum));
     assert_true(sum.nsample == 6 && sum.nmade == 0);
-    for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], both.path[k]);
+    assert_same_shards(&whole, &both);
     assert_ok(om_path_remove(both.dir));
     OmBanetData data;
     assert_ok(om_banet_data_load(f.dir, 0, &data));
@@ -239,14 +210,6 @@ static void test_resume(void** state) {
 }
 
 // ---- what is refused --------------------------------------------------------------------------------
-
-static void assert_refused(const char* dir, const char* why) {
-    OmBanetData data;
-    OmStatus status = om_banet_data_load(dir, 0, &data);
-    assert_true(status == OM_INVALID || status == OM_UNAVAILABLE);
-    if (!strstr(om_error_message(), why)) fail_msg("\"%s\" lacks \"%s\"", om_error_message(), why);
-    assert_null(data.sample);
-}
 
 static void save(int first, uint64_t hash, const char* path) {
     const OmBanetSampleDef def = om_banet_sample_default_def(5);
@@ -261,33 +224,20 @@ static void save(int first, uint64_t hash, const char* path) {
 static void test_hostile(void** state) {
     (void)state;
     Folder f = fresh_folder("banet5");
-    char *good, path[300];
-    size_t size;
-    assert_refused(f.dir, "no file of samples");
+    const TestSet set = {NULL, generate, load};
+    char path[300];
+    assert_refused(&set, f.dir, "no file of samples");
     assert_ok(om_path_make_dir(f.dir));
     save(0, 1, f.path[0]);
-    assert_ok(om_file_read(f.path[0], 1 << 26, &good, &size));
-    const size_t length[] = {0, 13, 40, 511, 513, size / 2, size - 1};
-    for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
-        write_bytes(f.path[0], good, length[k]);
-        assert_refused(f.dir, length[k] < 15 ? "not a file of samples" : "truncated");
-    }
-    for (size_t at = 512; at < size; at += size / 40) {
-        good[at] ^= 4;
-        write_bytes(f.path[0], good, size);
-        assert_refused(f.dir, "corrupted");
-        good[at] ^= 4;
-    }
-    write_bytes(f.path[0], good, size);
-    om_free(good);
+    assert_damage_refused(&set, &f);
     // a gap, then a file of another set, then one of this set
     save(4, 1, f.path[1]);
-    assert_refused(f.dir, "missing");
+    assert_refused(&set, f.dir, "missing");
     snprintf(path, sizeof path, "%s/samples_000003.h5", f.dir);
     save(4, 1, path);
-    assert_refused(f.dir, "same set");
+    assert_refused(&set, f.dir, "same set");
     save(3, 2, path);
-    assert_refused(f.dir, "same set");
+    assert_refused(&set, f.dir, "same set");
     assert_ok(om_path_remove(f.path[1]));
     save(3, 1, path);
     OmBanetData data;

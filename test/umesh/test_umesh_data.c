@@ -1,6 +1,6 @@
 // test_umesh_data.c: data sets on disk: the same bytes however made, resumed, extended; damaged files refused.
 #include "test_alloc.h"
-#include "test_files.h"
+#include "test_samples.h"
 #include "umesh/test_umesh.h"
 #include "umesh/umesh_internal.h"
 
@@ -18,28 +18,25 @@ static int tear_down(void** state) {
     return 0;
 }
 
-typedef struct Folder {
-    char dir[256], path[2][300];  // and its two shards
-} Folder;
+// ---- the set of the shared cases -----------------------------------------------------------------------
 
-static Folder fresh_folder(const char* name) {
-    Folder f;
-    snprintf(f.dir, sizeof f.dir, "%s", temp_path(name));
-    snprintf(f.path[0], sizeof f.path[0], "%s/samples_000000.h5", f.dir);
-    snprintf(f.path[1], sizeof f.path[1], "%s/samples_000004.h5", f.dir);
-    if (om_path_exists(f.dir)) assert_ok(om_path_remove(f.dir));
-    return f;
+static OmStatus generate(const void* ctx, const char* dir, int nsample, const OmProgress* progress,
+                         int* nmade) {
+    OmUmeshDataDef def = *(const OmUmeshDataDef*)ctx;
+    OmUmeshSummary sum = {0};
+    def.out_dir = dir;
+    def.nsample = nsample;
+    OmStatus status = om_umesh_generate(&def, progress, &sum);
+    *nmade = sum.nmade;
+    return status;
 }
 
-static void assert_same_file(const char* a, const char* b) {
-    char *p, *q;
-    size_t np, nq;
-    assert_ok(om_file_read(a, 1 << 26, &p, &np));
-    assert_ok(om_file_read(b, 1 << 26, &q, &nq));
-    assert_int_equal(np, nq);
-    assert_memory_equal(p, q, np);
-    om_free(p);
-    om_free(q);
+static OmStatus load(const char* dir) {
+    OmUmeshData data;
+    OmStatus status = om_umesh_data_load(dir, 0, &data);
+    if (status < 0) assert_null(data.u);
+    om_umesh_data_done(&data);
+    return status;
 }
 
 // ---- making -----------------------------------------------------------------------------------------
@@ -55,15 +52,11 @@ static void test_workers(void** state) {
     def.nworker = 3;
     def.npicture = 2;  // of the report, not of the set
     assert_ok(om_umesh_generate(&def, NULL, &b));
-    for (int k = 0; k < 2; ++k) assert_same_file(one.path[k], two.path[k]);
+    assert_same_shards(&one, &two);
     assert_int_equal(a.nsample, 6);
     assert_int_equal(a.nmade, 6);
     assert_true(a.max_u == b.max_u && a.max_u > 0);
-    char file[300];
-    snprintf(file, sizeof file, "%s/summary.json", one.dir);
-    assert_true(om_path_exists(file));
-    snprintf(file, sizeof file, "%s/report.html", one.dir);
-    assert_true(om_path_exists(file));
+    assert_has_report(&one);
     assert_ok(om_path_remove(one.dir));
     assert_ok(om_path_remove(two.dir));
 }
@@ -107,38 +100,15 @@ static void test_load(void** state) {
     assert_ok(om_path_remove(f.dir));
 }
 
-static bool stop_at_five(void* ctx, const char* stage, double done, double total) {
-    (void)stage;
-    (void)total;
-    *(int*)ctx += 1;
-    return done < 5;
-}
-
 // Stopped in the second shard, continued, extended: the files of an uninterrupted run.
 static void test_resume(void** state) {
     (void)state;
     Folder whole = fresh_folder("umesh4"), f = fresh_folder("umesh5");
     OmUmeshDataDef def = small_def(the_organ, whole.dir);
     OmUmeshSummary sum;
-    assert_ok(om_umesh_generate(&def, NULL, NULL));
-    def.out_dir = f.dir;
     def.nworker = 1;
-    int nreport = 0;
-    OmProgress progress = {stop_at_five, &nreport};
-    assert_status(om_umesh_generate(&def, &progress, &sum), OM_CANCELLED);
-    assert_true(nreport > 0);
-    assert_same_file(whole.path[0], f.path[0]);
-    assert_false(om_path_exists(f.path[1]));
-    def.nsample = 5;
-    assert_ok(om_umesh_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 1);
-    def.nsample = 6;
-    assert_ok(om_umesh_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 2);  // the short shard is made again
-    assert_int_equal(sum.nsample, 6);
-    for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], f.path[k]);
-    assert_ok(om_umesh_generate(&def, NULL, &sum));
-    assert_int_equal(sum.nmade, 0);
+    assert_resumes(&(TestSet){&def, generate, load}, &whole, &f);
+    def.out_dir = f.dir;
     // a shard that was changed is not replaced; once it is moved away, it is made again
     write_bytes(f.path[0], "omentum umesh 1\n", 16);
     assert_status(om_umesh_generate(&def, NULL, &sum), OM_INVALID);
@@ -157,63 +127,44 @@ static void test_resume(void** state) {
 
 // ---- what is refused --------------------------------------------------------------------------------
 
-static void assert_refused(const char* dir, const char* why) {
-    OmUmeshData data;
-    OmStatus status = om_umesh_data_load(dir, 0, &data);
-    assert_true(status == OM_INVALID || status == OM_UNAVAILABLE);
-    if (!strstr(om_error_message(), why)) fail_msg("\"%s\" lacks \"%s\"", om_error_message(), why);
-    assert_null(data.u);
-}
-
 static void test_hostile(void** state) {
     (void)state;
     Folder f = fresh_folder("umesh6");
     OmUmeshDataDef def = small_def(the_organ, f.dir);
+    const TestSet set = {&def, generate, load};
     char* good;
     size_t size;
     assert_ok(om_umesh_generate(&def, NULL, NULL));
     assert_ok(om_file_read(f.path[0], 1 << 26, &good, &size));
-    // shorter by any amount
-    const size_t length[] = {0, 3, 15, 40, 511, 512, 513, 2000, size / 2, size - 1};
-    for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
-        write_bytes(f.path[0], good, length[k]);
-        assert_refused(f.dir, length[k] < 15 ? "not a file of samples" : "truncated");
-    }
-    // a flipped bit anywhere behind the head
-    for (size_t at = 512; at < size; at += size / 40) {
-        good[at] ^= 4;
-        write_bytes(f.path[0], good, size);
-        assert_refused(f.dir, "corrupted");
-        good[at] ^= 4;
-    }
+    assert_damage_refused(&set, &f);
     // another format, no samples at all
     good[14] = '9';
     write_bytes(f.path[0], good, size);
-    assert_refused(f.dir, "format 9");
+    assert_refused(&set, f.dir, "format 9");
     good[14] = '1';
     // the second shard in place of the first, none, one of another set
     OmUmeshData data;
     assert_ok(om_path_remove(f.path[0]));
-    assert_refused(f.dir, "missing");
+    assert_refused(&set, f.dir, "missing");
     char* second;
     size_t second_size;
     assert_ok(om_file_read(f.path[1], 1 << 26, &second, &second_size));
     write_bytes(f.path[0], second, second_size);
-    assert_refused(f.dir, "same set");
+    assert_refused(&set, f.dir, "same set");
     assert_ok(om_path_remove(f.path[0]));
     Folder other = fresh_folder("umesh7");
     def.out_dir = other.dir;
     def.max_force = 0.2;
     assert_ok(om_umesh_generate(&def, NULL, NULL));
     assert_ok(om_path_remove(f.path[1]));
-    assert_refused(f.dir, "no file of samples");
+    assert_refused(&set, f.dir, "no file of samples");
     write_bytes(f.path[0], good, size);
     assert_ok(om_umesh_data_load(f.dir, 0, &data));
     om_umesh_data_done(&data);
     char* foreign;
     assert_ok(om_file_read(other.path[1], 1 << 26, &foreign, &second_size));
     write_bytes(f.path[1], foreign, second_size);
-    assert_refused(f.dir, "same set");
+    assert_refused(&set, f.dir, "same set");
     om_free(good);
     om_free(second);
     om_free(foreign);
