@@ -281,6 +281,9 @@ OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueS
                                      OmTissueWork* work, OmTissueReport* report);
 /// Tolerance of the linear solver in later solves of this step, in (0, 1); any other value restores the model's.
 OM_API void om_tissue_set_tolerance(OmTissueWork* work, double tolerance);
+/// The next solve of this step makes the solver's coarse matrices again: for added forces that differ much from those
+/// of the first solve, where each solve needs more iterations. By default only the first solve of a step makes them.
+OM_API void om_tissue_renew_solver(OmTissueWork* work);
 /// A force, N, that counts beside b in the scale of the residuals of this step's solves: for forces of this step that
 /// are not yet in b. 0: none.
 OM_API void om_tissue_set_force_scale(OmTissueWork* work, double force);

@@ -39,6 +39,8 @@ struct OmContact {          // constant
     int nvert;          // of the model
     int nsurface;       //
     int* surface_vert;  // vertices that may be in contact                          (nsurface)
+    int ntri;           // of the boundary; 0 without tetrahedra
+    int* tri_vert;      // vertices, counter-clockwise seen from outside             (ntri x 3)
 };
 
 typedef struct OmContactFrame {  // an obstacle in a substep
@@ -58,11 +60,15 @@ struct OmContactWork {
     int npair;                   //
     OmContactPair* pair;         //                                       (nsurface x nobstacle)
     OmContactFrame* frame;       //                                                 (nobstacle)
-    double time, h;              // s, start and length of the step
-    double substep_time;         // s, when its substep begins
-    bool has_settled;            // in its substeps before that
-    OmContactReport report;      // of the step
-    int npress;                  // probes that act in the same step
+    double* normal;          // outward, area-weighted, at the beginning of the substep  (nvert x 3)
+    bool has_normal;         // `normal` is that of this substep
+    int nactive;             // active pairs in the next solve
+    int nswitch;             // pairs that the last update activated or released
+    double time, h;          // s, start and length of the step
+    double substep_time;     // s, when its substep begins
+    bool has_settled;        // in its substeps before that
+    OmContactReport report;  // of the step
+    int npress;              // probes that act in the same step
     struct OmPress* const* press;
 };
 
@@ -83,8 +89,8 @@ OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p
 
 // ---- contact_vertex.c
 
-/// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, or if the vertex
-/// would penetrate without contact forces.
+/// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, if the vertex is inside,
+/// or if it would be inside at x + h v and the surface there looks at the obstacle.
 void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                             const OmTissueWork* work, double h);
 /// Estimate of the contact force, N: the force that moves each penetrating vertex alone out of obstacles that move.

@@ -34,6 +34,21 @@ static OmStatus check_def(const OmContactDef* def) {
     return OM_OK;
 }
 
+static OmStatus copy_boundary(const OmTetMesh* mesh, OmContact* c) {
+    OmSurface surface = {0};
+    int* vert = NULL;
+    if (mesh->ntet == 0) return OM_OK;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_tet_mesh_boundary(mesh, &surface, &vert));
+    c->ntri = surface.ntri;
+    OM_ALLOC_DONE(c->tri_vert, 3 * (size_t)c->ntri);
+    for (int n = 0; n < 3 * c->ntri; ++n) c->tri_vert[n] = vert[surface.tri_vert[n]];
+done:
+    om_surface_done(&surface);
+    om_free(vert);
+    return status;
+}
+
 OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                            OmContact** contact) {
     *contact = NULL;
@@ -52,6 +67,7 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     c->def.obstacle = c->obstacle;
     memcpy(c->surface_vert, surface, (size_t)c->nsurface * sizeof *surface);
     const OmTetMesh* mesh = om_tissue_mesh(model);
+    OM_TRY_DONE(copy_boundary(mesh, c));
     for (int i = 0; i < mesh->nvert; ++i)
         c->size = fmax(c->size, om_norm(om_sub(om_load3(mesh->x, i), om_load3(mesh->x, 0))));
     c->ring = RING * c->size;
@@ -67,6 +83,7 @@ void om_contact_destroy(OmContact* c) {
     om_free(c->plane);
     om_free(c->obstacle);
     om_free(c->surface_vert);
+    om_free(c->tri_vert);
     om_free(c);
 }
 
@@ -80,6 +97,7 @@ OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contac
     OM_ALLOC_DONE(w->obstacle, nobstacle);
     OM_ALLOC_DONE(w->frame, nobstacle);
     OM_ALLOC_DONE(w->pair, (size_t)contact->nsurface * nobstacle);
+    OM_ALLOC_DONE(w->normal, 3 * (size_t)contact->nvert);
     for (size_t k = 0; k < nobstacle; ++k) w->obstacle[k] = contact->obstacle[k];
     *contact_work = w;
     return OM_OK;
@@ -93,5 +111,6 @@ void om_contact_work_destroy(OmContactWork* w) {
     om_free(w->obstacle);
     om_free(w->frame);
     om_free(w->pair);
+    om_free(w->normal);
     om_free(w);
 }

@@ -7,9 +7,14 @@
 #define SHORTEST (1.0 / 32)  // of a step: shortest substep when contact does not converge
 #define STILL 3              // steps in a row below the speed: at a turning point one step is slow
 #define DAMP_FROM 4          // solves before round obstacles damp the iteration
+#define ROUGH 0.1            // of the active pairs: if more switched, the next solve is loose
+#define LOOSE 1e-2           // its tolerance; a step never ends with such a solve
+#define RENEW 0.2  // of the active pairs: if more switched, coarse matrices are made again
 
 // ---- vertices against obstacles -----------------------------------------------------------------------
 
+// While many pairs switch, the active set is only a guess: such solves may be loose. Only the first solve makes coarse
+// matrices, with the pairs that it guessed; they are made again when many have switched since.
 static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                               double h, OmTissueReport* report) {
     OmContactWork* cw = ctx;
@@ -19,15 +24,26 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
     om__contact_find_pairs(cw, m, s, w, h);
     om_tissue_set_force_scale(w, om__contact_estimate_force(cw, s, h));
     cw->report.is_settled = false;
+    double before = report->residual;
+    bool is_loose = false;
+    int nstale = 0;
     for (int n = 0; n < max_iterations && !cw->report.is_settled; ++n) {
         if (n >= max_iterations / 2) om__contact_close_set(cw);
         om_tissue_clear_forces(w);
         om__contact_add_forces(cw, w, h);
+        report->residual = before;  // of the last solve alone
+        om_tissue_set_tolerance(w, is_loose ? LOOSE : 0);
+        if (nstale > RENEW * cw->nactive) {
+            om_tissue_renew_solver(w);
+            nstale = 0;
+        }
         status = om_tissue_solve_step(m, s, w, report);
         if (status < 0) return status;
         ++cw->report.nsolve;
         int nchange = om__contact_update_pairs(cw, s, w, h, n >= DAMP_FROM);
-        cw->report.is_settled = nchange == 0;
+        cw->report.is_settled = nchange == 0 && !is_loose;
+        is_loose = cw->nswitch > ROUGH * cw->nactive && n + 2 < max_iterations;
+        nstale += cw->nswitch;
     }
     OM_CHECK(cw->report.is_settled || h < 2 * SHORTEST * cw->h, OM_INVALID,
              "contact: contact has not settled after %d solves", max_iterations);

@@ -242,6 +242,8 @@ void om_tissue_set_tolerance(OmTissueWork* w, double tolerance) {
     if (w->solver) om_solver_set_tolerance(w->solver, tolerance);
 }
 
+void om_tissue_renew_solver(OmTissueWork* w) { w->is_stale = true; }
+
 void om_tissue_set_force_scale(OmTissueWork* w, double force) { w->force_scale = force; }
 
 const double* om_tissue_dv(const OmTissueWork* w) { return w->dv; }

@@ -104,7 +104,7 @@ static void test_memory(void** context) {
     (void)context;
     TestRig r;
     start(&r, 1);
-    assert_int_equal(test_failing_allocations(make_contact, &r, 1), 8);
+    assert_int_equal(test_failing_allocations(make_contact, &r, 1), 19);
     test_count_begin();
     for (int n = 0; n < 20; ++n) assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
     assert_int_equal(test_count_end(), 0);
