@@ -31,6 +31,7 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     bool is_stall;  // print worst over median and the next three, also where they are zero
     double not_ok;  // % of the steps whose status is not OM_OK
     double worst_iterations, worst_substeps;  // of a step
+    char why[256];                            // of the first step that is not OK
     uint64_t hash;                            // of the final state
 } BenchRow;
 
@@ -59,6 +60,7 @@ OmStatus bench_stall_hold(const BenchOptions* options);
 OmStatus bench_stall_drop(const BenchOptions* options);
 OmStatus bench_stall_press(const BenchOptions* options);
 OmStatus bench_stall_fold(const BenchOptions* options);
+OmStatus bench_stall_hard(const BenchOptions* options);
 OmStatus bench_pbd(const BenchOptions* options);             // bench_pbd.c
 OmStatus bench_heuristic(const BenchOptions* options);       // bench_heuristic.c
 OmStatus bench_shape(const BenchOptions* options);           // bench_shape.c

@@ -28,6 +28,7 @@ static const struct {
     {"stall_drop", bench_stall_drop},
     {"stall_press", bench_stall_press},
     {"stall_fold", bench_stall_fold},
+    {"stall_hard", bench_stall_hard},
     {"shape", bench_shape},
     {"plan", bench_plan},
     {"sense", bench_sense},
@@ -76,6 +77,7 @@ static OmStatus print_table_row(const BenchRow* row) {
         printf("; worst / median %.3g, %.3g %% not OK, at most %.0f iterations, %.0f substeps",
                row->worst_ms / row->median_ms, row->not_ok, row->worst_iterations,
                row->worst_substeps);
+    if (row->why[0]) printf("; %s", row->why);
     putchar('\n');
     fflush(stdout);
     return OM_OK;
@@ -121,6 +123,7 @@ OmStatus bench_print(const BenchRow* row) {
         om_json_number(&json, "not_ok_percent", row->not_ok);
         om_json_number(&json, "worst_iterations", row->worst_iterations);
         om_json_number(&json, "worst_substeps", row->worst_substeps);
+        if (row->why[0]) om_json_string(&json, "first_not_ok", row->why);
     }
     char hash[32];
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)row->hash);
