@@ -71,8 +71,7 @@ static void test_flat(void** context) {
 
 // The active set takes several solves, most of them loose, with coarse matrices made again: without either the two
 // impacts take 110 to 160 iterations. The outcome is that of a tolerance a million times smaller; no vertex is inside
-// or
-// pulled, and only vertices on the board are pushed.
+// or pulled, and only vertices on the board are pushed.
 static void test_tilted(void** context) {
     (void)context;
     for (int k = 4; k <= 10; k += 6) {
