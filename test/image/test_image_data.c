@@ -1,7 +1,7 @@
-// Volumes of real patients against the facts of their README; skipped where the data are not.
-#include "test_common.h"
+// Volumes of real patients against the facts of their README, skipped where the data are not; and small made ones.
+#include <zlib.h>
 
-#include "omentum/image.h"
+#include "image_common.h"
 
 typedef struct Region {  // voxels of one label
     int count;
@@ -166,6 +166,97 @@ static void test_corner_cases(void** unused) {
     }
 }
 
+// ---- made volumes: counts and centroids by hand --------------------------------------------------------
+
+typedef struct Block {  // of voxels with one value, ends included
+    int value, lo[3], hi[3];
+} Block;
+
+static void fill(const Block* block, int nblock, const int dim[3], unsigned char* voxel) {
+    memset(voxel, 0, (size_t)dim[0] * (size_t)dim[1] * (size_t)dim[2]);
+    for (const Block* b = block; b < block + nblock; b++)
+        for (int k = b->lo[2]; k <= b->hi[2]; k++)
+            for (int j = b->lo[1]; j <= b->hi[1]; j++)
+                for (int i = b->lo[0]; i <= b->hi[0]; i++)
+                    voxel[i + dim[0] * (j + dim[1] * k)] = (unsigned char)b->value;
+}
+
+static void write_gz(const char* path, const void* data, size_t size) {
+    gzFile file = gzopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(gzwrite(file, data, (unsigned)size), (int)size);
+    assert_int_equal(gzclose(file), Z_OK);
+}
+
+// NIfTI: x = 40 - 2 i, y = 30 - 1.5 j + 0.5 k, z = 3 k - 10 (mm), as scanners turn their axes.
+static void test_made_organs(void** unused) {
+    (void)unused;
+    enum { HEAD = 352, NX = 20, NY = 16, NZ = 12, COUNT = NX * NY * NZ };
+    static const float sform[12] = {-2, 0, 0, 40, 0, -1.5f, 0.5f, 30, 0, 0, 3, -10};
+    static const int dim[3] = {NX, NY, NZ};
+    static const Block block[] = {{5, {4, 2, 3}, {9, 6, 6}},  // 120 voxels, middle (6.5, 4, 4.5)
+                                  {2, {12, 10, 1}, {13, 13, 2}},  // 16, and 8 more: an L
+                                  {2, {14, 10, 1}, {15, 11, 2}}};
+    static unsigned char file[HEAD + COUNT];
+    const int16_t head[8] = {3, NX, NY, NZ, 1, 1, 1, 1}, type[2] = {2, 8}, has_sform = 1;
+    const int32_t size = 348;
+    const float offset = HEAD;
+    memcpy(file, &size, sizeof size);
+    memcpy(file + 40, head, sizeof head);
+    memcpy(file + 70, type, sizeof type);
+    memcpy(file + 108, &offset, sizeof offset);
+    file[123] = 2;  // mm
+    memcpy(file + 254, &has_sform, sizeof has_sform);
+    memcpy(file + 280, sform, sizeof sform);
+    memcpy(file + 344, "n+1", 4);
+    fill(block, 3, dim, file + HEAD);
+    const char* path = temp_path("made_labels.nii.gz");
+    write_gz(path, file, sizeof file);
+    OmVolume v;
+    assert_ok(om_volume_load(path, &v));
+    for (int a = 0; a < 3; a++) assert_int_equal(v.grid.dim[a], dim[a]);
+    assert_below(v.grid.axis.cx.x, 0);
+    assert_near(om_norm(v.grid.axis.cz), 1e-3 * sqrt(9.25), 1e-9);
+    Region box = region_of(&v, 5, 5), bent = region_of(&v, 2, 2);
+    assert_int_equal(box.count, 120);
+    assert_int_equal(bent.count, 24);
+    // rounding of sums of 120 numbers in mm
+    assert_near(om_distance(box.centroid, om_vec3(27, 26.25, 3.5)), 0, 1e-9);
+    assert_near(om_distance(bent.centroid, om_vec3(41.0 / 3, 14, -5.5)), 0, 1e-9);
+    om_volume_done(&v);
+    remove(path);
+}
+
+// NRRD with detached, compressed voxels in LPS; the origin is the centre of the first voxel.
+static void test_made_breast(void** unused) {
+    (void)unused;
+    static const int dim[3] = {10, 8, 6};
+    static const Block block[] = {{29, {3, 2, 1}, {7, 5, 4}},   // fat, 80 voxels
+                                  {33, {8, 3, 2}, {8, 3, 3}},   // nipple, 2 voxels
+                                  {50, {0, 0, 0}, {9, 0, 5}}};  // paddle, 60 voxels
+    unsigned char voxel[10 * 8 * 6];
+    char header[512], path[2][512];
+    OmVolume v;
+    snprintf(path[0], sizeof path[0], "%s", temp_path("made.nhdr"));
+    snprintf(path[1], sizeof path[1], "%s", temp_path("made.raw.gz"));
+    int n = snprintf(header, sizeof header,
+                     "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\n"
+                     "sizes: 10 8 6\nspace directions: (0.2,0,0) (0,0.2,0) (0,0,0.2)\n"
+                     "space origin: (-10,5,2)\nencoding: gzip\ndata file: %s\n",
+                     strrchr(path[1], '/') + 1);
+    fill(block, 3, dim, voxel);
+    write_bytes(path[0], header, (size_t)n);
+    write_gz(path[1], voxel, sizeof voxel);
+    assert_ok(om_volume_load(path[0], &v));
+    Region tissue = region_of(&v, 1, 255), paddle = region_of(&v, 50, 50);
+    assert_int_equal(tissue.count, 142);
+    assert_int_equal(paddle.count, 60);
+    OmVec3 nipple = region_of(&v, 33, 33).centroid;  // x and y change sign from LPS to RAS
+    assert_near(om_distance(nipple, om_vec3(8.4, -5.6, 2.5)), 0, 1e-9);
+    om_volume_done(&v);
+    for (int k = 0; k < 2; k++) remove(path[k]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ct_organs_lie_where_they_should),
@@ -173,6 +264,8 @@ int main(void) {
         cmocka_unit_test(test_mr_axes_are_negative),
         cmocka_unit_test(test_breast_nrrd),
         cmocka_unit_test(test_corner_cases),
+        cmocka_unit_test(test_made_organs),
+        cmocka_unit_test(test_made_breast),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 // PSM kinematics against independent evaluations, finite differences, and itself.
 #include "omentum/robot.h"
 #include "test_alloc.h"
+#include "test_files.h"
 
 static const double q_a[6] = {0.3, -0.2, 0.12, 0.5, -0.4, 0.6};
 static const double q_b[6] = {-0.7, 0.5, 0.2, -1.2, 0.9, -0.8};
@@ -356,6 +357,51 @@ static void instruments_are_read_from_files(void** state) {
     assert_memory_equal(&read, &before, sizeof read);
 }
 
+// A made file of that form, with more keys than are read: its wrist moves the tip.
+static void a_made_instrument_is_read(void** state) {
+    (void)state;
+    static const char form[] =
+        "/* -*- Mode: Javascript -*- */\n{\n    // see the manual\n    \"DH\": {\n"
+        "        \"convention\": \"%s\",\n        \"joints\": [\n"
+        "            {\"name\": \"roll\", \"alpha\": 0.0000, \"A\": 0.0000, \"theta\": 0.0000, \"D\": 0.4162, "
+        "\"type\": \"revolute\", \"mode\": \"active\", \"offset\": 0.0000, \"qmin\": -4.0, // degrees\n"
+        "\"qmax\": 4.5, \"ftmax\": 0.33},\n"
+        "            {\"name\": \"wrist_pitch\", \"alpha\": -1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, "
+        "\"offset\": -1.5708, \"qmin\": -1.25, \"qmax\": 1.375},\n"
+        "            {\"name\": \"wrist_yaw\", \"alpha\": -1.5708, \"A\": 0.0125, \"theta\": 0, \"D\": 0, "
+        "\"offset\": -1.5708, \"qmin\": -1.125, \"qmax\": 1.0}\n        ]\n    },\n"
+        "    \"jaw\": {\"qmin\": -0.5, \"qmax\": 1.5, \"ftmax\": 0.16},\n"
+        "    \"coupling\": {\"ActuatorToJointPosition\": [[-1.5632, 0], [0, 1.0186]]} // not read\n}\n";
+    static const double lo[3] = {-4, -1.25, -1.125}, hi[3] = {4.5, 1.375, 1};
+    char text[2048];
+    const char* path = temp_path("made_tool.json");
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    int n = snprintf(text, sizeof text, form, "modified");
+    write_bytes(path, text, (size_t)n);
+    assert_ok(om_psm_load_instrument(path, &psm));
+    assert_near(psm.wrist, 0.0125, 0);
+    for (int k = 0; k < 3; ++k) {
+        assert_near(psm.q_min[3 + k], lo[k], 0);
+        assert_near(psm.q_max[3 + k], hi[k], 0);
+    }
+    assert_true(psm.jaw_min == -0.5 && psm.jaw_max == 1.5);
+    // The wrist's pitch axis is 0.4318 - 0.4162 m above the remote centre at zero. A turn by q takes the tip, 12.5 mm
+    // away, from straight below along an arc.
+    for (int k = 0; k < 4; ++k) {
+        const double q[6] = {0, 0, 0, 0, 0.4 * k, 0};
+        const OmVec3 p = om_psm_forward(&psm, q).p;
+        assert_near(p.z, 0.0156 - 0.0125 * cos(q[4]), 1e-15);  // rounding
+        assert_near(hypot(p.x, p.y), 0.0125 * sin(q[4]), 1e-15);
+    }
+    OmPsm before = psm;
+    n = snprintf(text, sizeof text, form, "standard");
+    write_bytes(path, text, (size_t)n);
+    assert_status(om_psm_load_instrument(path, &psm), OM_UNAVAILABLE);
+    assert_memory_equal(&psm, &before, sizeof psm);
+    remove(path);
+    assert_status(om_psm_load_instrument(path, &psm), OM_IO);
+}
+
 // Comments are blanks, slashes in names are not comments, other wrists are refused.
 static void instruments_of_another_form_are_refused(void** state) {
     (void)state;
@@ -393,6 +439,7 @@ int main(void) {
         cmocka_unit_test(capsules_enclose_the_drawn_tool),
         cmocka_unit_test(the_drawing_follows_the_joints),
         cmocka_unit_test(instruments_are_read_from_files),
+        cmocka_unit_test(a_made_instrument_is_read),
         cmocka_unit_test(instruments_of_another_form_are_refused),
         cmocka_unit_test(refused_memory_leaks_nothing),
     };
