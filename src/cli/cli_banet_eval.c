@@ -148,20 +148,16 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker) {
     OmFolder folder = {0};
     Group group[NGROUP];
     const char *dir = om_cli_get(args, "--output"), *path = om_cli_get(args, "--data");
-    const bool is_there = dir && om_path_exists(dir);
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OmStatus status;
     OM_TRY(om_cli_check_apart(dir, &path, 1));
     OM_TRY(om_banet_net_load(om_cli_get(args, "--weights"), &net));
-    // an old folder may grow, a new one is made when there are results
-    if (dir)
-        OM_TRY_DONE(is_there ? om_folder_open(dir, OM_BANET_NET_KIND, &folder)
-                             : om_folder_check(dir, OM_BANET_NET_KIND));
+    OM_TRY_DONE(om_cli_eval_folder(dir, OM_BANET_NET_KIND, false, &folder));
     OM_TRY_DONE(om_banet_data_load(path, nsample, &data));
     OM_TRY_DONE(om_banet_eval(net, &data, 0, data.nsample, nworker, progress, &e));
     om_cli_progress_done();
     for (int k = 0; k < NGROUP; ++k) OM_TRY_DONE(find_group(&e, data.sample, k, &group[k]));
-    if (dir && !is_there) OM_TRY_DONE(om_folder_open(dir, OM_BANET_NET_KIND, &folder));
+    OM_TRY_DONE(om_cli_eval_folder(dir, OM_BANET_NET_KIND, true, &folder));
     if (dir) OM_TRY_DONE(write_json(&e, group, om_banet_net_threshold(net), dir));
     if (dir) OM_TRY_DONE(write_samples(&e, data.sample, dir));
     om_cli_figure("samples", e.n);

@@ -48,3 +48,9 @@ int om_cli_begin_eval(const OmCliArgs* args, const char* room, int* nsample, int
                           room);
     return status < 0 ? om_cli_usage(room) : OM_EXIT_OK;
 }
+
+OmStatus om_cli_eval_folder(const char* dir, const char* kind, bool is_done, OmFolder* folder) {
+    if (!dir || folder->path[0]) return OM_OK;
+    return is_done || om_path_exists(dir) ? om_folder_open(dir, kind, folder)
+                                          : om_folder_check(dir, kind);
+}

@@ -49,5 +49,8 @@ OmStatus om_cli_read_train(const OmCliArgs* args, const char* verb, OmCliTrain* 
 int om_cli_begin_train(const OmCliArgs* args, const char* room, int* nsample);
 // The same of eval.
 int om_cli_begin_eval(const OmCliArgs* args, const char* room, int* nsample, int* nworker);
+// The folder of an evaluation, null: none; call it before and after the work. An old folder may grow, a new one is made
+// when there are results.
+OmStatus om_cli_eval_folder(const char* dir, const char* kind, bool is_done, OmFolder* folder);
 
 #endif

@@ -100,7 +100,6 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_m
     OmUmeshEval e = {0};
     OmFolder folder = {0};
     const char *dir = om_cli_get(args, "--output"), *record = om_cli_get(args, "--record");
-    const bool is_there = dir && om_path_exists(dir);
     char weights[1024];
     double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     OmStatus status;
@@ -113,13 +112,10 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_m
     if (record) OM_TRY(om_file_check_ours(record, "omentum-umesh"));
     om_cli_clean_beside(record);
     OM_TRY(om_umesh_net_load(weights, &net));
-    // an old folder may grow, a new one is made when there are results
-    if (dir)
-        OM_TRY_DONE(is_there ? om_folder_open(dir, OM_UMESH_NET_KIND, &folder)
-                             : om_folder_check(dir, OM_UMESH_NET_KIND));
+    OM_TRY_DONE(om_cli_eval_folder(dir, OM_UMESH_NET_KIND, false, &folder));
     OM_TRY_DONE(om_umesh_data_load(om_cli_get(args, "--data"), nsample, &data));
     OM_TRY_DONE(om_umesh_eval(net, &data, 0, data.nsample, 1e-3 * tolerance, nworker, &e));
-    if (dir && !is_there) OM_TRY_DONE(om_folder_open(dir, OM_UMESH_NET_KIND, &folder));
+    OM_TRY_DONE(om_cli_eval_folder(dir, OM_UMESH_NET_KIND, true, &folder));
     if (dir) OM_TRY_DONE(write_json(&e, dir));
     if (dir) OM_TRY_DONE(write_errors(&e, data.sample, dir));
     if (record) OM_TRY_DONE(om_umesh_record_test(net, &data, &e, record));

@@ -249,6 +249,11 @@ OmStatus om__rl_checkpoint_load(RlSession* s);
 OmStatus om__rl_save_metrics(const RlSession* s);
 OmStatus om__rl_save_report(const RlSession* s);
 
+/// Tasks without memory of their own, whose state is one block.
+void om__rl_plain_destroy(OmRlTask* task);
+OmStatus om__rl_plain_state_create(const OmRlTask* task, void** state);
+void om__rl_plain_state_destroy(const OmRlTask* task, void* state);
+
 /// An expert's action of three components: by `step` along each axis towards a goal at d, a fifth of them random.
 static inline void om__rl_straight(const double d[3], double step, OmRng* rng, int action[3]) {
     for (int k = 0; k < 3; ++k) {

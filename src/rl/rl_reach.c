@@ -22,19 +22,6 @@ typedef struct State {
 
 enum { NSIDE = 3 };  // starts of the evaluation along each axis, goal in the centre
 
-static void destroy(OmRlTask* task) { om_free(task); }
-
-static OmStatus state_create(const OmRlTask* task, void** state) {
-    (void)task;
-    *state = om_calloc(1, sizeof(State));
-    return *state ? OM_OK : OM_NO_MEMORY;
-}
-
-static void state_destroy(const OmRlTask* task, void* state) {
-    (void)task;
-    om_free(state);
-}
-
 static OmVec3 draw(OmRng* rng) {
     OmVec3 p;
     p.x = om_rng_uniform(rng);
@@ -116,9 +103,9 @@ static size_t state_size(const OmRlTask* task) {
     return sizeof(State);
 }
 
-static const OmRlTaskOps ops = {.destroy = destroy,
-                                .state_create = state_create,
-                                .state_destroy = state_destroy,
+static const OmRlTaskOps ops = {.destroy = om__rl_plain_destroy,
+                                .state_create = om__rl_plain_state_create,
+                                .state_destroy = om__rl_plain_state_destroy,
                                 .reset = reset,
                                 .step = step,
                                 .observe = observe,

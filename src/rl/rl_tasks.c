@@ -17,6 +17,18 @@ enum { NKIND = sizeof kinds / sizeof kinds[0] };
 
 const OmRlTaskKind* om_rl_task_kind(int i) { return i >= 0 && i < NKIND ? &kinds[i] : NULL; }
 
+void om__rl_plain_destroy(OmRlTask* task) { om_free(task); }
+
+OmStatus om__rl_plain_state_create(const OmRlTask* task, void** state) {
+    *state = om_calloc(1, task->ops->state_size(task));
+    return *state ? OM_OK : OM_NO_MEMORY;
+}
+
+void om__rl_plain_state_destroy(const OmRlTask* task, void* state) {
+    (void)task;
+    om_free(state);
+}
+
 static OmStatus check_task(const OmRlTask* t) {
     OM_CHECK(t->nobservation > 0 && t->max_step > 0, OM_INVALID, "task %s: nothing to observe",
              t->name);
