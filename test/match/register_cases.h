@@ -14,9 +14,9 @@
 
 typedef struct Organ {
     const char* name;
-    const char* file;
-    double unit;  // m, of a surface file; 0: a volume of one label
-    double edge;  // m, of the model
+    const char* file;  // of the data folder, or with its whole path
+    double unit;       // m, of a surface file; 0: a volume of one label
+    double edge;       // m, of the model
 } Organ;
 
 static const Organ organ_list[] = {
@@ -39,8 +39,12 @@ typedef struct OrganCase {
     double radius;
 } OrganCase;
 
+static inline const char* organ_path(const Organ* organ) {
+    return organ->file[0] == '/' ? organ->file : test_data(organ->file);
+}
+
 static inline void make_model(const Organ* organ, OmSurface* model) {
-    OmModelDef def = om_model_default_def(test_data(organ->file), organ->edge);
+    OmModelDef def = om_model_default_def(organ_path(organ), organ->edge);
     def.unit = organ->unit;
     def.remesh = organ->unit > 0;
     def.nworker = 2;
@@ -53,13 +57,13 @@ static inline void make_model(const Organ* organ, OmSurface* model) {
 // Marching cubes at 1.5 mm on the voxels themselves, or the surface of the file.
 static inline void make_truth(const Organ* organ, OmSurface* truth) {
     if (organ->unit > 0) {
-        assert_ok(om_surface_load(test_data(organ->file), organ->unit, truth));
+        assert_ok(om_surface_load(organ_path(organ), organ->unit, truth));
         return;
     }
     OmVolume v;
     OmMask mask;
     OmSdf sdf;
-    assert_ok(om_volume_load(test_data(organ->file), &v));
+    assert_ok(om_volume_load(organ_path(organ), &v));
     assert_ok(om_mask_init(&mask, v.grid.dim[0], v.grid.dim[1], v.grid.dim[2]));
     mask.grid = v.grid;
     for (size_t i = 0; i < om_volume_count(&v); ++i) mask.inside[i] = om_volume_value(&v, i) > 0;
