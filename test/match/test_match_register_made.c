@@ -32,12 +32,12 @@ static void test_made_organ(void** state) {
     (void)state;
     const char* path = temp_path("potato.nrrd");
     const double volume = write_potato(path);
-    const int n = test_count(4, 20);
+    const int n = test_count(2, 20);
     int nright = 0;
     OrganCase c;
-    case_make(&(Organ){"potato", path, 0, 0.0060}, &c);
+    case_make(&(Organ){"potato", path, 0, 0.0045}, &c);
     remove(path);
-    // both meshes come from voxels of 2 mm, whose steps even out; facets of 6 mm cut off more than those of 1.5 mm
+    // both meshes come from voxels of 2 mm, whose steps even out; facets of 4.5 mm cut off more than those of 1.5 mm
     assert_near_rel(om_surface_volume(&c.truth), volume, 2e-3);
     assert_near_rel(om_surface_volume(&c.model), volume, 2e-2);
     for (int k = 0; k < n; ++k) {
@@ -52,6 +52,7 @@ static void test_made_organ(void** state) {
         const bool is_right = angle <= 0.5 && shift <= 0.5;
         assert_true(is_right || !r.is_reliable);
         nright += is_right;
+        if (!is_right) printf("start %d: %.2f degrees, %.2f mm off\n", k, angle, shift);
         om_scan_done(&scan);
     }
     case_done(&c);
