@@ -299,8 +299,6 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
             for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n)
                 w->v_end[n] /= w->h;  // velocities again
         }
-        if (!has_contact && t <= MIN_STEP && norm <= USEFUL * scale)
-            return stop_at_floor(newton, report);
         if (is_last) break;
         // Contact forces appear only in the linearised problem, so only its residual measures the balance of forces.
         // Each linear solve therefore reaches the tolerance; with looser solves the active set cycled.
