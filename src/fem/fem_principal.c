@@ -250,6 +250,25 @@ static OmMat3 volume_stress(double mu, Taylor U, OmMat3 F, OmMat3 cof, double* e
     return om_mat3_add(om_mat3_scale(mu, F), om_mat3_scale(U.d, cof));
 }
 
+// c10 (A I1 - 3) + c01 (B I2 - 3) + U(J), A and B powers of J; dI2/dF = 2 (I1 F - F F^T F).
+static OmMat3 mooney_stress(const OmMaterial* m, const double c[2], double K, OmMat3 F, OmMat3 cof,
+                            double* energy) {
+    double J = om_dot(F.cx, cof.cx);
+    Taylor A = power_of(J, -2.0 / 3), U = volumetric(m, K, J);
+    double I1 = om_norm2(F.cx) + om_norm2(F.cy) + om_norm2(F.cz), by_F = 2 * c[0] * A.f;
+    double by_cof = U.d + c[0] * A.d * I1;
+    *energy = U.f + c[0] * (A.f * I1 - 3);
+    if (c[1] == 0) return om_mat3_add(om_mat3_scale(by_F, F), om_mat3_scale(by_cof, cof));
+    Taylor B = power_of(J, -4.0 / 3);
+    double I2 = om_norm2(cof.cx) + om_norm2(cof.cy) + om_norm2(cof.cz), by_cube = 2 * c[1] * B.f;
+    *energy += c[1] * (B.f * I2 - 3);
+    by_F += by_cube * I1;
+    by_cof += c[1] * B.d * I2;
+    OmMat3 cube = om_mat3_mul(F, om_mat3_mul(om_mat3_transpose(F), F));
+    OmMat3 P = om_mat3_add(om_mat3_scale(by_F, F), om_mat3_scale(by_cof, cof));
+    return om_mat3_add(P, om_mat3_scale(-by_cube, cube));
+}
+
 OmMat3 om__law_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
     double lambda, mu, bulk;
     om__law_share(m, share, &lambda, &mu, &bulk);
@@ -272,6 +291,12 @@ OmMat3 om__law_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* e
         *energy = mu * n * n + lambda / 2 * t * t;
         return om_mat3_mul(F,
                            om_mat3_add(om_mat3_scale(2 * mu, E), om_mat3_diag(om_vec3(p, p, p))));
+    }
+    if (m->law == OM_MOONEY_RIVLIN) {
+        bool has_shape = share != OM_SHARE_WIDE;
+        double c10 = m->c10 + m->c01 > 0 ? m->c10 : mu / 2;
+        const double c[2] = {has_shape ? c10 : 0, has_shape ? m->c01 : 0};
+        return mooney_stress(m, c, bulk, F, cof, energy);
     }
     OmMat3 U, V;
     OmVec3 s;
