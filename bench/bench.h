@@ -5,9 +5,10 @@
 #include "omentum/omentum.h"
 
 typedef struct BenchOptions {
-    int nworker;    // threads, from --workers
-    int nrun;       // repetitions of each measurement, from --runs
-    bool is_quick;  // small sizes only, from --quick
+    int nworker;       // threads, from --workers
+    int nrun;          // repetitions of each measurement, from --runs
+    bool is_quick;     // small sizes only, from --quick
+    const char* only;  // from --only; null: every row
 } BenchOptions;
 
 typedef enum BenchCompare { BENCH_MIN, BENCH_MEDIAN, BENCH_MEAN } BenchCompare;
@@ -39,6 +40,8 @@ typedef OmStatus (*BenchFn)(const BenchOptions* options);
 
 /// Seconds of the clock on the wall, or of processor time of all threads with --processor.
 double bench_now(void);
+/// True if --only allows a row: fem and stall compute only rows whose scene and work, as "scene: work", contain its text.
+bool bench_is_wanted(const BenchOptions* options, const char* scene, const char* work);
 /// Print the row as one JSON object a line; with --table as a line of a table.
 OmStatus bench_print(const BenchRow* row);
 /// Box [0, size] of tetrahedra, cells[0] x cells[1] x cells[2] cubes, attached where coordinate `axis` is 0.

@@ -44,6 +44,12 @@ static OmPose end_tool(int k, double lift, double* radius) {
 
 static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, int law,
                         bool is_plain, Kind kind) {
+    char scene[64];
+    const int* n = scene_table[k].cells;
+    snprintf(scene, sizeof scene, "lift %s %dx%dx%d, %s%s", scene_table[k].name, n[0], n[1], n[2],
+             om_law_name(law_table[law]), kind_name[kind]);
+    const char* work = is_plain ? "step, 25 block-Jacobi iterations" : "step, multigrid to 1e-3";
+    if (!bench_is_wanted(options, scene, work)) return OM_OK;
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
     def.gravity = om_vec3(0, 0, 0);
     def.rayleigh_mass = 0;
@@ -80,14 +86,10 @@ static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* option
             residual = fmax(residual, report.residual);
         }
     }
-    char scene[64];
-    const int* n = scene_table[k].cells;
-    snprintf(scene, sizeof scene, "lift %s %dx%dx%d, %s%s", scene_table[k].name, n[0], n[1], n[2],
-             om_law_name(law_table[law]), kind_name[kind]);
     BenchRow row = {
         .bench = "fem",
         .scene = scene,
-        .work = is_plain ? "step, 25 block-Jacobi iterations" : "step, multigrid to 1e-3",
+        .work = work,
         .size = mesh->ntet,
         .nworker = options->nworker,
         .steps = NSTEP,

@@ -144,6 +144,12 @@ OmStatus bench_print(const BenchRow* row) {
     return status;
 }
 
+bool bench_is_wanted(const BenchOptions* options, const char* scene, const char* work) {
+    char text[256];
+    snprintf(text, sizeof text, "%s: %s", scene, work);
+    return !options->only || strstr(text, options->only);
+}
+
 static int compare_doubles(const void* a, const void* b) {
     double x = *(const double*)a, y = *(const double*)b;
     return (x > y) - (x < y);
@@ -186,7 +192,7 @@ static int say_usage(void) {
     fprintf(
         stderr,
         "usage: omentum_bench [--workers N] [--runs N] [--quick] [--processor] [--table] [--list] "
-        "[NAME ...]\n"
+        "[--only TEXT] [NAME ...]\n"
         "names begin with one of those that --list prints\n");
     return 2;
 }
@@ -209,6 +215,8 @@ int main(int argc, char** argv) {
             options.nworker = om_worker_count(atoi(argv[++arg]));
         } else if (strcmp(argv[arg], "--runs") == 0 && arg + 1 < argc) {
             options.nrun = atoi(argv[++arg]);
+        } else if (strcmp(argv[arg], "--only") == 0 && arg + 1 < argc) {
+            options.only = argv[++arg];
         } else if (strcmp(argv[arg], "--processor") == 0) {
             is_processor_time = true;
         } else if (strcmp(argv[arg], "--table") == 0) {

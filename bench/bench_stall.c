@@ -240,12 +240,14 @@ static OmStatus measure(const Row* r, const BenchOptions* options) {
     double time[NSTEP];
     char scene[96];
     OmStatus status = OM_OK;
-    OM_TRY_DONE(make_body(r, options, &b));
     snprintf(scene, sizeof scene, "%s, %s, %s", scene_table[r->scene].name, om_law_name(r->law),
              om_tissue_element_name(r->element));
+    const char* work = r->is_plain ? "step, 25 block-Jacobi iterations" : "step";
+    if (!bench_is_wanted(options, scene, work)) return OM_OK;
+    OM_TRY_DONE(make_body(r, options, &b));
     BenchRow row = {.bench = "stall",
                     .scene = scene,
-                    .work = r->is_plain ? "step, 25 block-Jacobi iterations" : "step",
+                    .work = work,
                     .size = b.mesh.ntet,
                     .nworker = options->nworker,
                     .steps = options->is_quick ? NSTEP_QUICK : NSTEP,
