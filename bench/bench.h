@@ -40,7 +40,7 @@ typedef OmStatus (*BenchFn)(const BenchOptions* options);
 
 /// Seconds of the clock on the wall, or of processor time of all threads with --processor.
 double bench_now(void);
-/// True if --only allows a row: fem and stall compute only rows whose scene and work, as "scene: work", contain its text.
+/// True if --only allows a row: fem and stall compute only rows whose "scene: work" contains its text.
 bool bench_is_wanted(const BenchOptions* options, const char* scene, const char* work);
 /// Print the row as one JSON object a line; with --table as a line of a table.
 OmStatus bench_print(const BenchRow* row);
