@@ -82,11 +82,17 @@ static OmStatus data_path(const OmScene* scene, char* path, size_t size) {
     return OM_OK;
 }
 
+// The world's mesh of tissue that comes as a mesh: longest edges halved until it has twice the vertices.
+static OmStatus make_finer(OmTetMesh* mesh) {
+    OM_CHECK(mesh->nvert < INT32_MAX / 2, OM_INVALID, "mesh of %d vertices: too many", mesh->nvert);
+    return om_tet_mesh_bisect(mesh, 2 * mesh->nvert);
+}
+
 static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* site) {
     char path[OM_SCENE_PATH];
     OM_TRY(data_path(scene, path, sizeof path));
     OM_TRY(om_tet_mesh_load(path, scene->tissue.unit, &site->mesh));
-    if (role == OM_SITE_WORLD) OM_TRY(om_tet_mesh_refine(&site->mesh));
+    if (role == OM_SITE_WORLD) OM_TRY(make_finer(&site->mesh));
     site->has_ground = scene->tissue.has_board;
     place_task_frame(site, scene->tissue.up, scene->tissue.view);
     return OM_OK;
@@ -173,7 +179,7 @@ static OmStatus build_from_patient(const OmScene* scene, OmSiteRole role,
         char path[OM_SCENE_PATH];
         status = data_path(scene, path, sizeof path);
         if (status == OM_OK) status = om_patient_load(path, &patient);
-        if (status == OM_OK && role == OM_SITE_WORLD) status = om_tet_mesh_refine(&patient.mesh);
+        if (status == OM_OK && role == OM_SITE_WORLD) status = make_finer(&patient.mesh);
     }
     if (status == OM_OK) status = take_patient(scene, &patient, site);
     om_patient_done(&patient);
