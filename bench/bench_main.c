@@ -53,6 +53,14 @@ double bench_now(void) {
     return is_processor_time ? (double)clock() / CLOCKS_PER_SEC : om_clock_now();
 }
 
+OmScene bench_sheet(void) {
+    OmScene s = om_scene_default();
+    s.tissue.element = OM_ELEMENT_LINEAR;
+    s.tissue.law = OM_STABLE_NEO_HOOKEAN;
+    s.tissue.cells = om_vec3(20, 20, 1);
+    return s;
+}
+
 OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh) {
     OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), size, cells[0], cells[1], cells[2], mesh));
     int count = 0, *vert = om_alloc((size_t)mesh->nvert, sizeof *vert);

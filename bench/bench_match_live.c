@@ -83,7 +83,7 @@ done:
 }
 
 static OmStatus make(Fold* f, int nworker) {
-    f->scene = om_scene_default();
+    f->scene = bench_sheet();
     f->scene.attach = (OmSceneAttach){.kind = OM_ATTACH_BOX,
                                       .lo = {-0.061, -0.061, -0.001},
                                       .hi = {-0.015, 0.061, 0.001},

@@ -61,7 +61,7 @@ static OmStatus lift(Lifted* f) {
 }
 
 static OmStatus make(Lifted* f) {
-    f->scene = om_scene_default();
+    f->scene = bench_sheet();
     f->scene.attach = (OmSceneAttach){.kind = OM_ATTACH_BOX,
                                       .lo = {-0.061, -0.061, -0.001},
                                       .hi = {0.001, 0.001, 0.001},

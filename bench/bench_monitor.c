@@ -57,7 +57,7 @@ done:
 
 OmStatus bench_monitor(const BenchOptions* options) {
     OmStatus status = OM_OK;
-    OmScene scene = om_scene_default();
+    OmScene scene = bench_sheet();
     OmSite twin = {0}, truth = {0};
     OmWorld* world = NULL;
     OmMonitor* monitor = NULL;

@@ -22,7 +22,7 @@ static OmStatus time_scans(const OmScanDef* def, const OmCloudDef* space, const 
 
 OmStatus bench_scan(const BenchOptions* options) {
     OmStatus status = OM_OK;
-    OmScene scene = om_scene_default();
+    OmScene scene = bench_sheet();
     OmSite site = {0};
     OmWorld* world = NULL;
     OmObservation obs = {0};

@@ -66,7 +66,7 @@ int main(void) {
     OmScene scene = om_scene_default();
     scene.roi.is_random = false;
     scene.roi.center = om_vec3(-0.025, -0.025, 0);  // near the corner, on the board
-    scene.tissue.world_cells = om_vec3(24, 24, 2);  // smaller than by default: some seconds
+    scene.tissue.cells = om_vec3(8, 8, 1);          // smaller than by default: some seconds
     OmSite site = {0};
     OmWorld* world = NULL;
     OmObservation seen = {0};

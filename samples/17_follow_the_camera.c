@@ -91,9 +91,8 @@ static OmStatus operate(const OmScene* scene, const OmLoopListener* listener, Pa
 
 int main(void) {
     OmScene scene = om_scene_default();
-    scene.seed = 101;
-    scene.tissue.cells = om_vec3(11, 11, 1);  // smaller than by default: some seconds
-    scene.tissue.world_cells = om_vec3(16, 16, 2);
+    scene.seed = 1;
+    scene.tissue.cells = om_vec3(8, 8, 1);  // smaller than by default: some seconds
     scene.believed.kind = OM_BELIEF_NONE;
     scene.task.max_actions = 6;
     int nadopted = 0;

@@ -9,6 +9,8 @@
 // and D).
 #include <string.h>
 
+#include "omentum/tissue.h"
+
 #include "studies/study_kidney_case.h"
 
 #define MM 0.001
@@ -34,6 +36,8 @@ OmStatus om__kidney_make_scene(const char* volume, bool is_quick, OmScene* scene
     OmScene s = om_scene_default();
     OM_CHECK(om_path_exists(volume), OM_UNAVAILABLE, "%s: no such file", volume);
     OM_CHECK(strlen(volume) < sizeof s.tissue.file, OM_INVALID, "%s: the path is too long", volume);
+    s.tissue.law = OM_STABLE_NEO_HOOKEAN;
+    s.tissue.element = OM_ELEMENT_LINEAR;  // as in the tables of doc/notes/match_update.md
     snprintf(s.name, sizeof s.name, "kidney");
     s.seed = 0;
     s.tissue.source = OM_SOURCE_VOLUME;

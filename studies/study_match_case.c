@@ -11,6 +11,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "omentum/tissue.h"
+
 #define DEG (OM_PI / 180)
 #define MM 1e-3
 #define HALF 0.060   // m, of the sheet's side
@@ -210,6 +212,8 @@ MatchSetup om__match_layout_setup(int layout, int grasp, int cells) {
 
 OmScene om__match_make_scene(const MatchSetup* setup, MatchBelief belief) {
     OmScene s = om_scene_default();
+    s.tissue.law = OM_STABLE_NEO_HOOKEAN;
+    s.tissue.element = OM_ELEMENT_LINEAR;  // as in the tables of doc/notes/match.md
     snprintf(s.name, sizeof s.name, "%s", setup->name);
     double n = setup->cells, fine = floor(1.5 * n);
     s.seed = setup->layout[0] ? setup->layout[0] : 1;

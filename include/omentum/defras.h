@@ -89,12 +89,14 @@ OM_API OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* prog
 /// repeated on the simulated truth: the margin is the 95 % quantile of how much more than the twin it bears while
 /// the twin is between half the threshold and the threshold. A motion ends at twice the scene's threshold.
 typedef struct OmForceCalibration {
-    int nrun;                                            // grasps that held tissue
+    int nrun;                                            // grasps that held free tissue
     double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls
     double threshold;                                    // N, 2 x median
-    double margin;                                       // N, for OmSceneTask.force_margin
-    double more_median;                                  // N, the median of truth less twin
-    int npair;  // instants at which truth and twin were compared
+    int nheld;           // grasps above attachments, which the threshold leaves out
+    double held_median;  // N, of their largest pulls; 0: none
+    double margin;       // N, for OmSceneTask.force_margin
+    double more_median;  // N, the median of truth less twin
+    int npair;           // instants at which truth and twin were compared
 } OmForceCalibration;
 /// Measure threshold and margin of a scene, as above.
 /// @return OM_OK; OM_INVALID (no grasp succeeds, or half of the grasps reach twice the threshold);

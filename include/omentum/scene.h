@@ -41,14 +41,15 @@ typedef struct OmSceneTissue {
     char weights[OM_SCENE_PATH];
     int source;          // OmTissueSource
     OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
-    OmVec3 cells;        // of the twin's sheet, default 20 x 20 x 1
+    OmVec3 cells;        // of the twin's sheet, default 10 x 10 x 1
     OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
+                         // along the sides, of linear elements also through the thickness
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
-    int law;      // OmLaw; default OM_STABLE_NEO_HOOKEAN
-    int element;  // OmTissueElement, of bodies of engine "fem"; default OM_ELEMENT_LINEAR
+    int law;      // OmLaw; default OM_NEO_HOOKEAN
+    int element;  // OmTissueElement, of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead

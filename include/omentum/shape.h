@@ -61,15 +61,15 @@ OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, 
 /// Replace every tetrahedron by eight of the same volume; sets get the new vertices between theirs.
 /// @return OM_OK; OM_INVALID (too many elements); OM_NO_MEMORY, the mesh is as before
 OM_API OmStatus om_tet_mesh_refine(OmTetMesh* mesh);
-/// Halve longest edges, each with all tetrahedra around it, until the mesh has min_nvert vertices: a mesh of another fineness
-/// between the given one and its refinement. The old vertices come first, tetrahedra keep their labels, and a new vertex
-/// joins the sets that have both ends of its edge.
+/// Halve longest edges, each with all tetrahedra around it, until the mesh has min_nvert vertices: finer than the given
+/// one, coarser than its refinement. The old vertices come first, tetrahedra keep their labels, and a new vertex joins
+/// the sets that have both ends of its edge.
 /// @return OM_OK (also where the mesh has as many already); OM_INVALID (no elements, too many vertices); OM_NO_MEMORY,
 ///         the mesh is as before
 OM_API OmStatus om_tet_mesh_bisect(OmTetMesh* mesh, int min_nvert);
-/// The eight of om_tet_mesh_refine, and the ten nodes of every old tetrahedron: its vertices, then the midpoints of its edges 01 02 03 12 13
-/// 23. Tetrahedra 8 t .. 8 t + 7 of the new mesh fill tetrahedron t; of these, the first four have its vertices, in
-/// order.
+/// The eight of om_tet_mesh_refine, and the ten nodes of every old tetrahedron: its vertices, then the midpoints of its
+/// edges 01 02 03 12 13 23. Tetrahedra 8 t .. 8 t + 7 of the new mesh fill tetrahedron t; of these, the first four have
+/// its vertices, in order.
 /// @param node  out: (ntet x 10), the caller frees it with om_free
 /// @return as om_tet_mesh_refine
 OM_API OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node);

@@ -21,6 +21,7 @@
 #include "omentum/banet_sample.h"
 #include "omentum/body.h"
 #include "omentum/shape_meshing.h"
+#include "omentum/tissue.h"
 
 #define SEEN_WEIGHT 0.5  // sum of the weights of pairs at a vertex that is well seen
 #define LEAST_POINTS 40  // of a scan
@@ -166,6 +167,8 @@ static OmStatus twin_init(const BanetViewDef* def, const BanetTruth* t, OmRng* r
     report->nwrong = n - report->nright;
     twin->set = (OmMeshSet){.name = "attachment", .nvert = n, .vert = twin->list};
     twin->scene = om_scene_default();
+    twin->scene.tissue.law = OM_STABLE_NEO_HOOKEAN;
+    twin->scene.tissue.element = OM_ELEMENT_LINEAR;  // as the bodies of the committed weights
     twin->scene.tissue.friction = 0;
     OmSite* site = &twin->site;
     site->role = OM_SITE_TWIN;

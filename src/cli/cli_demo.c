@@ -84,7 +84,7 @@ static OmStatus make_volume(Demo* d) {
 
 static OmStatus make_model(Demo* d) {
     char path[1200];
-    OmModelDef def = om_model_default_def("labels.nrrd", 5.12e-3);
+    OmModelDef def = om_model_default_def("labels.nrrd", 9e-3);
     def.refine = false;
     def.label[def.nlabel++] = OM_CT_FAT;
     def.over.label[def.over.nlabel++] = OM_CT_ORGAN;

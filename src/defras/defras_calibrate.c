@@ -2,9 +2,10 @@
 //
 // The twin tries every block of every layout from rest, without a force limit: a lift to the height limit; then, if
 // the ROI is still hidden, a fold away from the camera and, again from the height limit, a fold towards the ROI. The
-// largest pull of the three is a sample; the threshold is twice the median of the samples. Motions are SPEED_UP times
-// as fast as those of the task. A motion ends at CAP times the scene's threshold: larger forces do not change a
-// median below this value, and a median above it is an error.
+// largest pull of the three is a sample; the threshold is twice the median of the samples of free tissue. Grasps above
+// an attachment, which the planner does not choose, are counted apart. Motions are SPEED_UP times as fast as those of
+// the task. A motion ends at CAP times the scene's threshold: larger forces do not change a median below this value,
+// and a median above it is an error.
 //
 // The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
 // attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. The margin is the 95 % quantile
@@ -32,6 +33,7 @@ typedef struct Pairs {  // twin's and truth's pull at the same instants, N
 typedef struct Calibration {
     const OmScene* scene;
     double* largest;        // N, -1 where nothing was held (nlayout x nblock)
+    bool* is_fixed;         // the block is above an attachment (nlayout x nblock)
     Pairs* pairs;           // of each layout
     TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
@@ -131,8 +133,9 @@ static OmStatus run_layout(Calibration* c, int layout) {
         twin->tick = truth->tick = tick;
         twin->tick_ctx = truth->tick_ctx = c;
         twin->speed = SPEED_UP * c->scene->task.speed;
-        bool has_truth =
-            !om__grid_is_fixed(&twin->grid, twin->body, b) && nfree++ % TRUTH_EVERY == 0;
+        bool is_fixed = om__grid_is_fixed(&twin->grid, twin->body, b);
+        bool has_truth = !is_fixed && nfree++ % TRUTH_EVERY == 0;
+        c->is_fixed[layout * c->nblock + b] = is_fixed;
         status = try_grasp(twin, has_truth ? truth : NULL, b, largest, &c->pairs[layout]);
     }
     om__trial_destroy(twin);
@@ -177,26 +180,44 @@ static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
     return OM_OK;
 }
 
-static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
+static double median_of(const double* sorted, int n) {
+    return n > 0 ? 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]) : 0;
+}
+
+// The samples of one kind, sorted.
+static int take_samples(const Calibration* c, bool is_fixed, double* sample) {
     int n = 0;
-    for (int i = 0; i < c->nlayout * c->nblock; ++i) {
-        if (c->largest[i] >= 0) c->largest[n++] = c->largest[i];
-    }
-    OM_CHECK(n > 0, OM_INVALID, "%s: no grasping point of any layout can be grasped",
-             om_scene_label(c->scene));
-    om_sort_doubles(c->largest, n);
-    *out = (OmForceCalibration){.nrun = n,
-                                .median = 0.5 * (c->largest[(n - 1) / 2] + c->largest[n / 2]),
-                                .lower_quartile = quantile(c->largest, n, 0.25),
-                                .upper_quartile = quantile(c->largest, n, 0.75),
-                                .max = c->largest[n - 1]};
+    for (int i = 0; i < c->nlayout * c->nblock; ++i)
+        if (c->largest[i] >= 0 && c->is_fixed[i] == is_fixed) sample[n++] = c->largest[i];
+    om_sort_doubles(sample, n);
+    return n;
+}
+
+static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
+    OmStatus status = OM_OK;
+    double* sample = NULL;
+    OM_ALLOC(sample, (size_t)c->nlayout * (size_t)c->nblock);
+    int n = take_samples(c, true, sample);
+    *out = (OmForceCalibration){.nheld = n, .held_median = median_of(sample, n)};
+    n = take_samples(c, false, sample);
+    OM_CHECK_DONE(n > 0, OM_INVALID,
+                  "%s: no grasping point of free tissue can be grasped in any layout",
+                  om_scene_label(c->scene));
+    out->nrun = n;
+    out->median = median_of(sample, n);
+    out->lower_quartile = quantile(sample, n, 0.25);
+    out->upper_quartile = quantile(sample, n, 0.75);
+    out->max = sample[n - 1];
     out->threshold = 2 * out->median;
-    OM_CHECK(
+    OM_CHECK_DONE(
         out->median < CAP * c->scene->task.force_threshold, OM_INVALID,
         "%s: half of the grasps take more than %g N, where the calibration ends a motion; make "
         "force_threshold larger and calibrate again",
         om_scene_label(c->scene), CAP * c->scene->task.force_threshold);
-    return find_margin(c, out);
+    status = find_margin(c, out);
+done:
+    om_free(sample);
+    return status;
 }
 
 OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
@@ -214,6 +235,7 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
                      .is_reporting = ATOMIC_FLAG_INIT};
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
+    OM_CALLOC_DONE(c.is_fixed, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
     // One layout for each worker in a round.
@@ -235,6 +257,7 @@ done:
     }
     om_free(c.pairs);
     om_free(c.largest);
+    om_free(c.is_fixed);
     om_free(c.outcome);
     return status;
 }

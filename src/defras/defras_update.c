@@ -119,6 +119,16 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
     g->nvert = 0;
     for (int v = 0; v < u->nvert; ++v)
         if (held_by[v] == arm) g->vert[g->nvert++] = v;
+    // Of quadratic elements an arm may hold midpoints alone: the nearest vertex moves as they do.
+    if (g->nvert > 0 || u->nvert == 0) return;
+    double nearest = HUGE_VAL;
+    for (int v = 0; v < u->nvert; ++v) {
+        double d = om_distance(om_load3(om_body_x(twin), v), pose_world_tip.p);
+        if (d >= nearest) continue;
+        nearest = d;
+        g->vert[0] = v;
+    }
+    g->nvert = 1;
 }
 
 void om__updater_release(OmUpdater* u, int arm) { u->grasp[arm].number = 0; }

@@ -42,7 +42,9 @@ static const OmYamlField tissue_field[] = {
      .help = "cells of the twin's mesh along x, y and z; each has six tetrahedra"},
     {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 0, .max = 200,
      .group = IN(OM_SOURCE_SHEET),
-     .help = "the same of the simulated truth; 0: one and a half of `cells`"},
+     .help =
+         "the same of the simulated truth; 0: one and a half of `cells` along the sides, of linear elements also "
+         "through the thickness"},
     {"file", OM_YAML_STRING, AT(OmSceneTissue, file), .size = OM_SCENE_PATH, .group = READ,
      .help = "mesh, patient.yaml or volume, relative to the data root"},
     {"unit_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, unit), .min = 1e-3, .max = 1e3, .scale = MM,
@@ -55,8 +57,7 @@ static const OmYamlField tissue_field[] = {
     {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board), .group = MADE,
      .help = "does a board carry the tissue?"},
     {"element", OM_YAML_ENUM, AT(OmSceneTissue, element), .name = element_name,
-     .help = "tetrahedra of four or ten nodes; quadratic ones bend as thin tissue does; needs "
-             "`engine: fem`"},
+     .help = "tetrahedra of four or ten nodes; linear ones bend too stiffly; needs `engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "omentum/image.h"
-#include "omentum/tissue_material.h"
+#include "omentum/tissue.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_site.h"
 
@@ -15,13 +15,14 @@ OmScene om_scene_default(void) {
     s.tissue = (OmSceneTissue){.source = OM_SOURCE_SHEET,
                                .engine = "fem",
                                .size = {0.12, 0.12, 0.005},
-                               .cells = {20, 20, 1},
+                               .cells = {10, 10, 1},
+                               .element = OM_ELEMENT_QUADRATIC,
                                .unit = 1.0,
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
                                .friction = -1,
                                .has_board = true,
-                               .law = OM_STABLE_NEO_HOOKEAN,
+                               .law = OM_NEO_HOOKEAN,
                                .young = 3000,
                                .poisson = 0.45,
                                .density = 1000,

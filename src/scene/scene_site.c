@@ -4,6 +4,7 @@
 // vertex, so that both meshes represent the same truth; then the twin's own attachments become the believed ones.
 #include <string.h>
 
+#include "omentum/tissue.h"
 #include "scene/scene_site.h"
 
 void om_site_done(OmSite* site) {
@@ -43,16 +44,25 @@ static OmStatus build_twin(const OmScene* scene, const OmProgress* progress, OmS
 
 // ---- the world's own mesh: at least twice the twin's vertices ---------------------------------------------------
 
-#define WORLD_CELLS 1.5  // of the twin's, along each side
-#define WORLD_EDGE 0.7   // of the twin's: a layer of cells has 1 / 0.7^2 = 2.04 times the vertices
+#define WORLD_CELLS \
+    1.5  // of the twin's, along each side; through the thickness of linear elements only
+#define WORLD_EDGE 0.7  // of the twin's: a layer of cells has 1 / 0.7^2 = 2.04 times the vertices
 // Edge of the world's mesh over the twin's. Vertices grow at most with the cube: 1 / 0.79^3 = 2.03.
 #define LONGEST_EDGE 0.79
 #define MAX_BUILDS 4
 
+// Twice the vertices of a layer need sqrt(2) (n + 1) along a side.
+static double finer_cells(double n) {
+    return fmax(ceil(WORLD_CELLS * n), ceil(sqrt(2.0) * (n + 1)) - 1);
+}
+
 OmVec3 om__scene_world_cells(const OmSceneTissue* t) {
     OmVec3 n = t->world_cells, c = t->cells;
-    return om_vec3(n.x > 0 ? n.x : ceil(WORLD_CELLS * c.x), n.y > 0 ? n.y : ceil(WORLD_CELLS * c.y),
-                   n.z > 0 ? n.z : ceil(WORLD_CELLS * c.z));
+    const bool is_quadratic = t->element == OM_ELEMENT_QUADRATIC;
+    return om_vec3(n.x > 0 ? n.x : finer_cells(c.x), n.y > 0 ? n.y : finer_cells(c.y),
+                   n.z > 0        ? n.z
+                   : is_quadratic ? c.z
+                                  : ceil(WORLD_CELLS * c.z));
 }
 
 double om__scene_world_edge(const OmSceneModel* m) {

@@ -1,9 +1,8 @@
 // shape_bisect.c: a finer mesh with a given number of vertices, by halving edges (Rivara 1984, longest edges).
 //
 // An edge is terminal if it is the longest one of every tetrahedron around it (of edges of equal length, the one of the
-// smaller vertices). Halving it cuts each of these in two and leaves the mesh conforming, and no tetrahedron has two such
-// edges, so a round halves many: the longest ones, down to SHARE of the longest of all. Shapes stay as good as those of
-// repeated bisection do.
+// smaller vertices). Halving it cuts each of these in two and leaves the mesh conforming. No tetrahedron has two such
+// edges, so a round halves many: the longest ones, down to SHARE of the longest of all.
 #include <stdlib.h>
 #include <string.h>
 
@@ -148,7 +147,8 @@ OmStatus om_tet_mesh_bisect(OmTetMesh* mesh, int min_nvert) {
     OmStatus status = OM_OK;
     while (status == OM_OK && fine.nvert < min_nvert) {
         if (fine.ntet > INT32_MAX / 64)
-            status = om_error(OM_INVALID, "mesh of %d tetrahedra is too large to bisect", fine.ntet);
+            status =
+                om_error(OM_INVALID, "mesh of %d tetrahedra is too large to bisect", fine.ntet);
         else
             status = halve(&fine, min_nvert - fine.nvert);
     }

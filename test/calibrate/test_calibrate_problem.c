@@ -243,7 +243,7 @@ static void test_allocations_fail(void** state) {
 static const char strip_text[] =
     "name: strip\n"
     "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [%s], poisson: 0.3,"
-    " rayleigh_stiffness: 0}\n"
+    " rayleigh_stiffness: 0, element: linear, law: stable-neo-hookean}\n"
     "attachments: {kind: box, lo_mm: [-31, -16, -1], hi_mm: [-9, 16, 1]}\n"
     "roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n"
     "world: {young_factor: 1}\n";

@@ -6,6 +6,7 @@ write strip.yaml
       source: sheet
       size_mm: [60, 30, 10]
       cells: [6, 3, 1]
+      element: linear
       world_cells: [9, 5, 2]
       young: 3000
       poisson: 0.3

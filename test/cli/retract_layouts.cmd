@@ -26,7 +26,8 @@ out ^small, layout 2: [1-9]\d* of [1-9]\d* sequences of \d+ grasps expose the RO
 
 $ omentum calibrate-force coarse.yaml -q --count 1
 exit 0
-out largest pull of 9 grasps in 1 layouts
+out largest pull of 6 grasps of free tissue in 1 layouts: median
+out ^3 grasps above attachments
 out ^force_threshold: \d
 out ^force_margin: \d
 

@@ -24,7 +24,7 @@ exit 0
 out ^episode 1, ended: 5 steps, return [-0-9.]+, found 1, distance 0.004$
 
 # A killed run loses nothing that was finished.
-$ (printf '3af3af'; sleep 60) | $OMENTUM rl play -t reach -o killed.hdf5 > log & while ! grep -qs 'demonstration 2' log; do sleep 0.05; done; kill -9 $!; sleep 0.1; printf '3af' | $OMENTUM rl play -t reach -o killed.hdf5; ls
+$ (printf '3af3af'; sleep 60) 2> /dev/null | $OMENTUM rl play -t reach -o killed.hdf5 > log & while ! grep -qs 'demonstration 2' log; do sleep 0.05; done; kill -9 $!; sleep 0.1; printf '3af' | $OMENTUM rl play -t reach -o killed.hdf5; ls
 exit 0
 out demonstration 3 of killed.hdf5$
 

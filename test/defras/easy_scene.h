@@ -2,11 +2,12 @@
 #ifndef OMENTUM_TEST_EASY_SCENE_H
 #define OMENTUM_TEST_EASY_SCENE_H
 
+#include "linear_sheet.h"
 #include "omentum/scene.h"
 
 // A coarse sheet, held on the far half, its ROI near the free corner of PSM1.
 static inline OmScene easy_scene(void) {
-    OmScene s = om_scene_default();
+    OmScene s = linear_sheet();
     s.tissue.cells = om_vec3(8, 8, 1);
     s.tissue.world_cells = om_vec3(12, 12, 1);
     s.endoscope.width = 80, s.endoscope.height = 60;

@@ -1,5 +1,6 @@
 // Looking ahead: points tried in snapshots of the twin, which is restored.
 #include "defras/defras_internal.h"
+#include "linear_sheet.h"
 #include "loop_rig.h"
 #include "omentum/defras.h"
 #include "omentum/defras_ahead.h"
@@ -216,14 +217,14 @@ static int end(void** state) {
 // What the scene says of the network and of the number of points stays.
 static void everything_is_switched_on(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     assert_false(scene.monitor.is_enabled || scene.update.is_enabled);
     assert_ok(om_retract_use_all(&scene));
     assert_true(scene.monitor.is_enabled && scene.update.is_enabled);
     assert_true(scene.update.learns_modulus_by_shape);  // finite elements have a modulus
     assert_int_equal(scene.task.ahead, 3);
     assert_string_equal(scene.update.network, "installed");
-    scene = om_scene_default();
+    scene = linear_sheet();
     scene.task.ahead = 5;
     strcpy(scene.update.network, "mine");
     assert_ok(om_retract_use_all(&scene));

@@ -1,10 +1,11 @@
 // The finest grid of a scene fits the arrays of the loop, and a finer one is refused.
 #include "defras/defras_internal.h"
+#include "linear_sheet.h"
 #include "test_common.h"
 
 static void the_finest_grid_fits(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     scene.tissue.cells = om_vec3(40, 40, 1);  // a vertex for each block
     scene.task.grid = OM_SCENE_MAX_GRID;
     OmSite site;

@@ -5,6 +5,7 @@
 
 #include "test_common.h"
 
+#include "linear_sheet.h"
 #include "omentum/body.h"
 #include "omentum/match.h"
 
@@ -54,7 +55,7 @@ static inline OmBody* lift(const OmScene* scene, const OmSite* site, double side
 // The sites and the two lifts, without `match`.
 static inline void make_rig(Rig* rig) {
     memset(rig, 0, sizeof *rig);
-    rig->scene = om_scene_default();
+    rig->scene = linear_sheet();
     rig->scene.tissue.cells = om_vec3(12, 12, 1);
     rig->scene.attach = (OmSceneAttach){
         .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.005, 1, 1}, .share_max = 0.5};

@@ -4,11 +4,12 @@
 
 #include "test_common.h"
 
+#include "linear_sheet.h"
 #include "omentum/scene.h"
 
 // A sheet of n x n x 1 cells; its underside is attached where x is below -20 mm.
 static inline void build_sheet(int n, OmScene* scene, OmSite* site) {
-    *scene = om_scene_default();
+    *scene = linear_sheet();
     scene->tissue.cells = om_vec3(n, n, 1);
     scene->attach = (OmSceneAttach){
         .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};

@@ -1,4 +1,5 @@
 // test_match_acquisition.c: files of acquisitions.
+#include "linear_sheet.h"
 #include "omentum/match_acquisition.h"
 #include "omentum/world_series.h"
 #include "test_alloc.h"
@@ -160,7 +161,7 @@ static void test_series(void** state) {
     snprintf(dir, sizeof dir, "/tmp/omentum-series-XXXXXX");
     assert_non_null(mkdtemp(dir));
     snprintf(file_name, sizeof file_name, "%s/series", dir);
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     OmSite site, twin;
     OmWorld* world;
     OmObservation obs = {0};

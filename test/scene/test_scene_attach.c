@@ -1,11 +1,12 @@
 // test_scene_attach.c: attachments of a sheet of 12 x 12 squares of 10 mm, counted by hand.
 #include "test_common.h"
 
+#include "linear_sheet.h"
 #include "omentum/scene.h"
 
 // Held where x is below -5 mm: the columns at -60, -50, ..., -10 mm, of 13 vertices each.
 static OmScene half_sheet(void) {
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     scene.tissue.cells = om_vec3(12, 12, 1);
     scene.attach = (OmSceneAttach){
         .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.005, 1, 1}, .share_max = 0.6};

@@ -2,6 +2,7 @@
 #include "test_alloc.h"
 #include "test_files.h"
 
+#include "linear_sheet.h"
 #include "omentum/scene.h"
 #include "omentum/shape_file.h"
 #include "scene/scene_keys.h"
@@ -94,7 +95,7 @@ static bool has(const OmMeshSet* set, int vert) {
 
 static void test_seventeen_layouts(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     for (int seed = 1; seed <= 17; ++seed) {
         scene.seed = seed;
         OmSite site;
@@ -125,7 +126,7 @@ static void test_seventeen_layouts(void** state) {
 // Each number of the truth is the twin's times its own factor; a second material keeps its ratio to the first.
 static void test_numbers_of_a_site(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     scene.tissue.young = 3200;
     scene.tissue.density = 1050;
     scene.world.young_factor = 0.75;
@@ -161,7 +162,7 @@ static void test_numbers_of_a_site(void** state) {
 
 static void test_world_is_another_body(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     OmSite twin, world, again;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
     assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
@@ -189,7 +190,7 @@ static void test_world_is_another_body(void** state) {
 
 // Save the mesh in millimetres, and a scene that reads it; the mesh is freed.
 static OmScene scene_of_mesh(OmTetMesh* mesh, const char* path) {
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     assert_ok(om_tet_mesh_save(mesh, path, OM_UNIT_MM));
     om_tet_mesh_done(mesh);
     scene.tissue.source = OM_SOURCE_MESH;
@@ -249,26 +250,26 @@ static void test_foundation_needs_area(void** state) {
 
 static void test_impossible_sites_are_explained(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     OmSite site;
     scene.roi.radius = 0.058;
     assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "radius_mm"));
-    scene = om_scene_default();
+    scene = linear_sheet();
     scene.roi.is_random = false;
     scene.roi.center = om_vec3(0.2, 0, 0);
     assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "not under the tissue"));
-    scene = om_scene_default();
+    scene = linear_sheet();
     scene.attach.kind = OM_ATTACH_BOX;
     scene.attach.lo = scene.attach.hi = om_vec3(1, 1, 1);
     assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "box holds no vertex"));
-    scene = om_scene_default();
+    scene = linear_sheet();
     scene.tissue.world_cells = scene.tissue.cells;
     assert_status(om_site_build(&scene, OM_SITE_WORLD, NULL, &site), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "world_cells"));
-    scene = om_scene_default();
+    scene = linear_sheet();
     scene.tissue.source = OM_SOURCE_VOLUME;
     snprintf(scene.tissue.file, sizeof scene.tissue.file, "none.nii.gz");
     assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_IO);
@@ -278,14 +279,14 @@ static void test_impossible_sites_are_explained(void** state) {
 // What cannot work is refused by the reader, before any mesh is built; what is left out follows the twin's mesh.
 static void test_world_mesh_follows_the_twin(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     OmSite twin, world;
     const double cells[4][3] = {{1, 1, 1}, {5, 3, 1}, {20, 20, 1}, {7, 9, 2}};
     for (int i = 0; i < 4; ++i) {
         scene.tissue.cells = om_load3(cells[i], 0);
         if (i == 0) scene.roi.is_random = false, scene.attach.kind = OM_ATTACH_BOX;
         if (i == 0) scene.attach.lo = om_vec3(-1, -1, -1), scene.attach.hi = om_vec3(1, 1, 1);
-        if (i == 1) scene = om_scene_default(), scene.tissue.cells = om_load3(cells[i], 0);
+        if (i == 1) scene = linear_sheet(), scene.tissue.cells = om_load3(cells[i], 0);
         if (i == 1) scene.roi.margin = scene.roi.radius = 0.001;
         assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
         assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
@@ -442,7 +443,7 @@ static OmStatus build_world_site(void* scene) {
 
 static void test_failing_allocations_leak_nothing(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     scene.tissue.cells = om_vec3(12, 12, 1);
     scene.tissue.world_cells = om_vec3(18, 18, 2);
     assert_true(test_failing_allocations(build_world_site, &scene, 1) > 30);

@@ -53,7 +53,8 @@ static double boundary_area(const OmTetMesh* mesh) {
     for (int t = 0; t < s.ntri; ++t) {
         const int* v = &s.tri_vert[3 * t];
         OmVec3 a = om_load3(s.x, v[0]);
-        area += 0.5 * om_norm(om_cross(om_sub(om_load3(s.x, v[1]), a), om_sub(om_load3(s.x, v[2]), a)));
+        area +=
+            0.5 * om_norm(om_cross(om_sub(om_load3(s.x, v[1]), a), om_sub(om_load3(s.x, v[2]), a)));
     }
     om_surface_done(&s);
     return area;
@@ -76,12 +77,13 @@ static void bisection_keeps_the_body(void** state) {
     int bottom[12];
     for (int i = 0; i < 12; ++i) bottom[i] = i;
     assert_ok(om_tet_mesh_add_set(&mesh, "bottom", bottom, 12));
-    for (int t = 0; t < mesh.ntet; ++t) mesh.tet_label[t] = om_load3(mesh.x, mesh.tet_vert[4 * t]).x < 0.5;
+    for (int t = 0; t < mesh.ntet; ++t)
+        mesh.tet_label[t] = om_load3(mesh.x, mesh.tet_vert[4 * t]).x < 0.5;
     assert_ok(om_tet_mesh_copy(&mesh, &box));
     double labelled[2] = {0, 0};
     for (int target = 30; target < 4000; target = target * 2 - 3) {
         assert_ok(om_tet_mesh_bisect(&mesh, target));
-        assert_int_equal(mesh.nvert, target);  // a round halves as many edges as are asked for
+        assert_int_equal(mesh.nvert, target);  // a round halves no more edges than it needs
         assert_ok(om_tet_mesh_validate(&mesh));
         assert_near(om_tet_mesh_volume(&mesh), 6.0, 1e-12);
         assert_near(boundary_area(&mesh), 22.0, 1e-11);

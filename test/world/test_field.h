@@ -4,10 +4,11 @@
 
 #include "test_common.h"
 
+#include "linear_sheet.h"
 #include "omentum/world.h"
 
 static inline OmScene small_scene(void) {
-    OmScene s = om_scene_default();
+    OmScene s = linear_sheet();
     s.tissue.cells = om_vec3(12, 12, 1);
     s.tissue.world_cells = om_vec3(18, 18, 2);
     s.endoscope.width = 160, s.endoscope.height = 120;

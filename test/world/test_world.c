@@ -1,6 +1,7 @@
 // test_world.c: bodies and the simulated operating field: motion, jaws, observations, noise, forces.
 #include "test_alloc.h"
 
+#include "linear_sheet.h"
 #include "test_field.h"
 
 static void test_tools_move_straight_at_speed(void** state) {
@@ -523,7 +524,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
 // A sheet dragged over its board by one edge: the board's force leans by the coefficient of friction.
 static void test_friction_is_coulombs(void** state) {
     (void)state;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     scene.tissue.cells = om_vec3(6, 6, 1);
     scene.tissue.young = 1e5;
     scene.attach.stiffness = 1e-6;  // holds nothing

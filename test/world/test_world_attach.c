@@ -1,13 +1,14 @@
 // test_world_attach.c: attachments by area on two meshes, and a twin that believes others than the true ones.
 #include "test_common.h"
 
+#include "linear_sheet.h"
 #include "omentum/body.h"
 #include "omentum/scene_vary.h"
 #include "world/world_body.h"
 
 // A sheet of 120 x 120 mm without a board, attached where x > 0.
 static OmScene hung_sheet(void) {
-    OmScene s = om_scene_default();
+    OmScene s = linear_sheet();
     s.tissue.cells = om_vec3(12, 12, 1);
     s.tissue.world_cells = om_vec3(18, 18, 2);
     s.tissue.has_board = false;

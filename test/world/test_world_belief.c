@@ -1,5 +1,6 @@
 // test_world_belief.c: what the twin believes apart from the truth: the place of the ROI, the registration, the
 // numbers of the tissue; and that nothing of the true ones reaches it.
+#include "linear_sheet.h"
 #include "scene/scene_site.h"
 #include "test_field.h"
 #include "world/world_body.h"
@@ -219,7 +220,7 @@ static double ball(void* ctx, OmVec3 p) { return om_norm(p) - *(double*)ctx; }
 static void test_believed_roi_on_an_organ(void** state) {
     (void)state;
     double radius = 0.05;
-    OmScene scene = om_scene_default();
+    OmScene scene = linear_sheet();
     OmSite site = {
         .pose_world_task = om_pose_identity(), .half_size = {0.05, 0.05, 0.003}, .has_organ = true};
     OmSdfDef def = om_sdf_default_def(0.001);

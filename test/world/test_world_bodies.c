@@ -1,13 +1,14 @@
 // test_world_bodies.c: many bodies of one model, stepped in parallel with one work a thread.
 #include "test_alloc.h"
 
+#include "linear_sheet.h"
 #include "omentum/body.h"
 #include "omentum/world.h"
 
 enum { NBODY = 12, NSTEP = 12, MAX_WORK = 4 };
 
 static OmScene sheet(const char* engine) {
-    OmScene s = om_scene_default();
+    OmScene s = linear_sheet();
     s.tissue.cells = om_vec3(8, 8, 1);
     s.tissue.world_cells = om_vec3(12, 12, 2);
     s.tissue.cluster_spacing = 0.02;
