@@ -77,7 +77,7 @@ int main(void) {
     scene.tissue.size = om_vec3(0.06, 0.06, 0.003);
     scene.tissue.cells = om_vec3(10, 10, 1);
     scene.tissue.element = OM_ELEMENT_LINEAR;  // smaller than by default: some seconds
-    scene.attach.kind = OM_ATTACH_BOX;  // one side of the sheet
+    scene.attach.kind = OM_ATTACH_BOX;         // one side of the sheet
     scene.attach.lo = om_vec3(-0.031, -0.031, -0.01);
     scene.attach.hi = om_vec3(-0.024, 0.031, 0.01);
     OmSite site = {0};
