@@ -15,6 +15,7 @@
 
 OmBanetSampleDef om__kidney_sample_def(const Kidney* s) {
     OmBanetSampleDef def = om_banet_sample_default_def(KIDNEY_SAMPLE_SEED);
+    def.element = OM_TET4;  // as the bodies of the committed weights
     def.way = OM_BANET_EXACT;
     def.body = &s->twin.mesh;
     return def;

@@ -27,7 +27,8 @@ typedef enum OmBanetWay {  // how the displacement of the visible part is measur
 /// "exact", "camera" or "mixed".
 OM_API const char* om_banet_way_name(OmBanetWay way);
 
-/// The ranges are uniform unless said otherwise. The mesh has edges of side / 64, the voxel of the network.
+/// The ranges are uniform unless said otherwise. Vertices are side / 64 apart, the voxel of the network. Linear
+/// elements have these edges; quadratic ones have edges twice as long, and vertices at their middles.
 typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     uint64_t seed;                 // no default
     OmBanetWay way;                // default OM_BANET_MIXED
@@ -39,20 +40,24 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     double visible[2];    // visible part of the surface's vertices, way (a); default 0.1-1
     double two_share;     // fraction of samples with two separate attached regions; default 0
     double board_share;   // fraction of samples that lie on a board under gravity; default 0
-    OmLaw law;            // default OM_NEO_HOOKEAN
-    double young[2];      // Pa; default 3000-30000
-    double poisson[2];    // default 0.4-0.45
-    double radius[2];     // of the grasped part of the surface, m; default 0.004-0.01
+    // OM_TET10 (default) or OM_TET4, which bends too stiffly: weights/banet.safetensors was trained on such bodies.
+    OmElement element;
+    OmLaw law;          // default OM_NEO_HOOKEAN
+    double young[2];    // Pa; default 3000-30000
+    double poisson[2];  // default 0.4-0.45
+    double radius[2];   // of the grasped part of the surface, m; default 0.004-0.01
     // Strain around the gripper: force over young T sqrt(A), with the mean thickness T of the body and the grasped
     // area A; default 0.3-2.5.
     double pull[2];
     // Samples whose largest displacement is outside of this range are drawn again, m; default 0.005-0.15: an update of
     // a twin is refused below 5 mm.
     double min_u, max_u;
-    double tolerance;       // of the residual, relative to the loads; default 1e-4
-    double min_volume;      // smallest det F allowed in a sample; default 0.05
-    int max_attempt;        // largest number of draws for one sample; default 64
-    const OmTetMesh* body;  // of all samples, borrowed; null (default): random bodies
+    double tolerance;   // of the residual, relative to the loads; default 1e-4
+    double min_volume;  // smallest det F allowed in a sample; default 0.05
+    int max_attempt;    // largest number of draws for one sample; default 64
+    // Elements of all samples, borrowed; null (default): random bodies. Of OM_TET10 its vertices come first, the
+    // middles of its edges follow.
+    const OmTetMesh* body;
     OmCookie cookie;
 } OmBanetSampleDef;
 
@@ -69,8 +74,10 @@ typedef struct OmBanetSample {  // om_banet_sample_done frees
     OmMaterial material;  // young, poisson, law
     double board;  // with has_board: the body is above the plane z = board, m; gravity is along -z
     // Before the pull, as a scan would show it. On a board this is the equilibrium under gravity.
+    // Of OM_TET10 its vertices are the nodes; each element is eight tetrahedra, as in om_tet_mesh_refine_nodes.
     OmTetMesh mesh;
-    OmSurface surface;        // its boundary
+    int* node;                // of OM_TET10: nodes of each element; else null (mesh.ntet / 8 x 10)
+    OmSurface surface;        // boundary of mesh
     int* surface_vert;        // mesh vertex of each surface vertex       (surface.nvert)
     unsigned char* attached;  // surface vertices that do not move     (surface.nvert)
     unsigned char* grasped;   // surface vertices that share the force (surface.nvert)

@@ -110,15 +110,14 @@ static OmStatus check_box(const OmBanetSampleDef* def, const OmTetMesh* mesh, bo
     return status;
 }
 
-OmStatus om__banet_body(const OmBanetSampleDef* def, OmRng* rng, OmTetMesh* mesh, bool* is_good) {
-    *mesh = (OmTetMesh){0};
-    *is_good = true;
-    if (def->body) return om_tet_mesh_copy(def->body, mesh);
+static OmStatus make_random(const OmBanetSampleDef* def, OmRng* rng, OmTetMesh* mesh,
+                            bool* is_good) {
     double edge = EDGE * def->side / OM_BANET_SIDE_CELL;
     Body b = draw_body(def, rng);
     // a body that reaches out of this box is too large for max_dim
     OmVec3 half = om_scale(0.6 * def->side / OM_BANET_SIDE_CELL,
                            om_vec3(def->max_dim[0], def->max_dim[0], def->max_dim[2]));
+    if (def->element == OM_TET10) edge *= 2;
     OmStuffDef stuff = om_stuff_default_def(edge, eval_body, &b, om_scale(-1, half), half);
     stuff.nworker = 1;
     OmStatus status = om_tet_mesh_stuff(&stuff, mesh);
@@ -127,6 +126,16 @@ OmStatus om__banet_body(const OmBanetSampleDef* def, OmRng* rng, OmTetMesh* mesh
         return OM_OK;
     }
     if (status == OM_OK) status = om_tet_mesh_keep_parts(mesh, 0, NULL, NULL);
-    if (status == OM_OK) status = check_box(def, mesh, is_good);
     return status;
+}
+
+OmStatus om__banet_body(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample* s, bool* is_good) {
+    *is_good = true;
+    if (def->body)
+        OM_TRY(om_tet_mesh_copy(def->body, &s->mesh));
+    else
+        OM_TRY(make_random(def, rng, &s->mesh, is_good));
+    if (!*is_good) return OM_OK;
+    if (def->element == OM_TET10) OM_TRY(om_tet_mesh_refine_nodes(&s->mesh, &s->node));
+    return def->body ? OM_OK : check_box(def, &s->mesh, is_good);
 }

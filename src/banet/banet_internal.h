@@ -6,8 +6,9 @@
 
 // ---- banet_body.c -----------------------------------------------------------------------------------
 
-// A random body at rest. *is_good: its box has at most def->max_dim cells.
-OmStatus om__banet_body(const OmBanetSampleDef* def, OmRng* rng, OmTetMesh* mesh, bool* is_good);
+// A random body at rest: mesh and node of the sample. *is_good: its box has at most def->max_dim cells.
+OmStatus om__banet_body(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample* sample,
+                        bool* is_good);
 
 // ---- banet_load.c -----------------------------------------------------------------------------------
 

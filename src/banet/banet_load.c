@@ -22,6 +22,7 @@
 
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_points.h"
+#include "omentum/shape_tet10.h"
 
 #define GRAVITY 9.81
 #define MIN_ATTACHED 3       // vertices of a region: fewer leave the body free to turn
@@ -222,11 +223,20 @@ static void solve_done(Solve* s) {
     om_free(s->fixed);
 }
 
+static OmStatus make_mesh(const OmBanetSample* sample, OmFemMesh* mesh) {
+    if (!sample->node) return om_fem_mesh_from_tet(&sample->mesh, OM_TET4, mesh);
+    OmTet10Mesh nodes;
+    OM_TRY(om_tet10_mesh_from_nodes(&sample->mesh, sample->node, &nodes));
+    OmStatus status = om_fem_mesh_from_tet10(&nodes, mesh);
+    om_tet10_mesh_done(&nodes);
+    return status;
+}
+
 static OmStatus solve_init(const OmBanetSampleDef* def, const OmProgress* watch,
                            const OmBanetSample* sample, Solve* s) {
     OmStatus status = OM_OK;
     size_t n = 3 * (size_t)sample->mesh.nvert;
-    OM_TRY_DONE(om_fem_mesh_from_tet(&sample->mesh, OM_TET4, &s->mesh));
+    OM_TRY_DONE(make_mesh(sample, &s->mesh));
     memset(s->mesh.elem_material, 0, (size_t)s->mesh.nelem * sizeof *s->mesh.elem_material);
     OmFemDef solid = om_fem_default_def(&s->mesh, 1, &sample->material);
     solid.nworker = 1;  // samples run in parallel, not their solves
@@ -273,6 +283,9 @@ static OmStatus settle(Solve* s, OmBanetSample* sample, bool* is_good) {
     memcpy(sample->mesh.x, sample->x, 3 * (size_t)sample->mesh.nvert * sizeof *sample->x);
     for (int i = 0; i < sample->surface.nvert; ++i)
         om_store3(sample->surface.x, i, om_load3(sample->x, sample->surface_vert[i]));
+    // the twin of a camera begins with this mesh; elements may be valid where a part of one is not
+    if (status == OM_OK && sample->node && om_tet_mesh_validate(&sample->mesh) != OM_OK)
+        *is_good = false;
     return status < 0 ? status : OM_OK;
 }
 

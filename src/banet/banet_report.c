@@ -44,6 +44,7 @@ static OmStatus write_summary(const OmBanetDataDef* def, const OmBanetSummary* s
     om_json_integer(&j, "samples", s->nsample);
     om_json_string(&j, "way", om_banet_way_name(def->sample.way));
     om_json_string(&j, "law", om_law_name(def->sample.law));
+    om_json_string(&j, "element", om_element_name(def->sample.element));
     om_json_number(&j, "side_mm", 1e3 * def->sample.side);
     om_json_integer(&j, "camera", s->ncamera);
     om_json_integer(&j, "board", s->nboard);
@@ -189,12 +190,13 @@ static void add_settings(const OmBanetDataDef* def, const OmBanetSummary* s, OmR
     snprintf(
         text, sizeof text,
         "Bodies of %.0f to %.0f mm, %.1f to %.1f mm thick, in voxels of %.2f mm. %.0f to %.0f %% of the surface "
-        "is attached. Law %s, Young's modulus %g to %g kPa, Poisson's ratio %g to %g. Displacements are "
+        "is attached. %s tetrahedra, law %s, Young's modulus %g to %g kPa, Poisson's ratio %g to %g. Displacements are "
         "measured the %s way. %d draws, of which %d solves failed and were drawn again. Seed %llu.",
         1e3 * d->extent[0], 1e3 * d->extent[1], 1e3 * d->thickness[0], 1e3 * d->thickness[1],
         1e3 * d->side / OM_BANET_SIDE_CELL, 100 * d->share[0], 100 * d->share[1],
-        om_law_name(d->law), 1e-3 * d->young[0], 1e-3 * d->young[1], d->poisson[0], d->poisson[1],
-        om_banet_way_name(d->way), s->nattempt, s->nfail, (unsigned long long)d->seed);
+        d->element == OM_TET10 ? "Quadratic" : "Linear", om_law_name(d->law), 1e-3 * d->young[0],
+        1e-3 * d->young[1], d->poisson[0], d->poisson[1], om_banet_way_name(d->way), s->nattempt,
+        s->nfail, (unsigned long long)d->seed);
     om_report_paragraph(report, text);
 }
 

@@ -27,6 +27,7 @@ OmBanetSampleDef om_banet_sample_default_def(uint64_t seed) {
         .max_dim = {48, 48, 16},
         .share = {0.05, 0.5},
         .visible = {0.1, 1},
+        .element = OM_TET10,
         .law = OM_NEO_HOOKEAN,
         .young = {3000, 30000},
         .poisson = {0.4, 0.45},
@@ -63,6 +64,7 @@ OmStatus om_banet_sample_def_validate(const OmBanetSampleDef* d) {
         {"visible[1]", d->visible[1], d->visible[0], 1},
         {"two_share", d->two_share, 0, 1},
         {"board_share", d->board_share, 0, 1},
+        {"element", d->element, OM_TET4, OM_TET10},
         {"law", d->law, 0, OM_NLAW - 1},
         {"young[0]", d->young[0], 1, d->young[1]},
         {"young[1]", d->young[1], d->young[0], 1e9},
@@ -100,6 +102,8 @@ uint64_t om_banet_sample_def_hash(const OmBanetSampleDef* d) {
         d->max_u,        d->tolerance,  d->min_volume, d->max_attempt, d->body != NULL};
     uint64_t h = om_hash(&d->seed, sizeof d->seed, OM_HASH_SEED);
     for (size_t k = 0; k < sizeof number / sizeof *number; ++k) h = hash_number(number[k], h);
+    // sets of linear elements have the hash that they had before there were others
+    if (d->element != OM_TET4) h = hash_number(d->element, h);
     if (d->body) {
         h = om_hash(d->body->x, 3 * (size_t)d->body->nvert * sizeof(double), h);
         h = om_hash(d->body->tet_vert, 4 * (size_t)d->body->ntet * sizeof(int), h);
@@ -109,6 +113,7 @@ uint64_t om_banet_sample_def_hash(const OmBanetSampleDef* d) {
 
 void om_banet_sample_done(OmBanetSample* s) {
     om_tet_mesh_done(&s->mesh);
+    om_free(s->node);
     om_surface_done(&s->surface);
     om_free(s->surface_vert);
     om_free(s->attached);
@@ -142,7 +147,7 @@ static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt,
     s->material = (OmMaterial){.law = def->law,
                                .young = om_rng_range(&rng, def->young[0], def->young[1]),
                                .poisson = om_rng_range(&rng, def->poisson[0], def->poisson[1])};
-    OM_TRY(om__banet_body(def, &rng, &s->mesh, is_good));
+    OM_TRY(om__banet_body(def, &rng, s, is_good));
     if (!*is_good) return OM_OK;
     OM_TRY(om_tet_mesh_boundary(&s->mesh, &s->surface, &s->surface_vert));
     OM_TRY(om__banet_attach(def, &rng, s, is_good));

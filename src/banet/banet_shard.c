@@ -168,6 +168,7 @@ static void put_settings(OmStoreWriter* w, const OmBanetShard* s, const OmBanetS
     om_store_text(w, "generator", GENERATOR);
     om_store_text(w, "way", om_banet_way_name(d->way));
     om_store_text(w, "law", om_law_name(d->law));
+    om_store_text(w, "element", om_element_name(d->element));
     om_store_value(w, "seed", OM_STORE_U64, 0, &s->seed);
     om_store_value(w, "hash", OM_STORE_U64, 0, &s->hash);
     om_store_value(w, "first", OM_STORE_I32, 0, &s->first);

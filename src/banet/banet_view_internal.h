@@ -8,6 +8,7 @@
 
 typedef struct BanetTruth {    // borrowed
     const OmTetMesh* mesh;     // the rest shape
+    const int* node;           // OmBanetSample.node: of quadratic elements; else null
     const OmSurface* surface;  // its boundary
     const int* surface_vert;   // vertex of the mesh of each vertex of `surface`
     const double* x;  // deformed, m                                       (mesh->nvert x 3)

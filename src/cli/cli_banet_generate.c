@@ -18,6 +18,9 @@ static const OmCliOption option[] = {
     {"--way", NULL, "NAME",
      "measured displacement: exact, camera (with the errors of a depth camera and of a wrong model), or mixed",
      "mixed"},
+    {"--element", NULL, "NAME",
+     "tetrahedra of the bodies: linear, as those that weights/banet.safetensors was trained on, or quadratic",
+     "quadratic"},
     {"--side", NULL, "MM", "side of 64 voxels; 200 for sheets below 6 mm", "300", "mm", 10, 10000},
     {"--board-share", NULL, "SHARE", "fraction of samples that lie on a board, 0 to 1", "0.15",
      NULL, 0, 1},
@@ -55,6 +58,16 @@ static OmStatus read_base(const OmCliArgs* args, OmBanetDataDef* def) {
                     test);
 }
 
+static OmStatus read_element(const OmCliArgs* args, OmElement* element) {
+    const char* name = om_cli_get(args, "--element");
+    if (!name) return OM_OK;
+    bool is_linear = strcmp(name, "linear") == 0;
+    OM_CHECK(is_linear || strcmp(name, "quadratic") == 0, OM_INVALID,
+             "--element %s: it must be linear or quadratic", name);
+    *element = is_linear ? OM_TET4 : OM_TET10;
+    return OM_OK;
+}
+
 static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
     OM_TRY(read_base(args, def));
     const OmCliGenerate shared = {&def->nsample, &def->shard, &def->nworker, &def->sample.seed,
@@ -66,6 +79,7 @@ static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
     OM_TRY(om_cli_int(args, "--first", &def->first));
     OM_TRY(om_cli_int(args, "--pictures", &def->npicture));
     OM_TRY(om_cli_double(args, "--side", &side_mm));
+    OM_TRY(read_element(args, &def->sample.element));
     OM_TRY(om_cli_double(args, "--board-share", &def->sample.board_share));
     OM_TRY(om_cli_double(args, "--two-share", &def->sample.two_share));
     while (name && way < OM_BANET_NWAY && strcmp(om_banet_way_name((OmBanetWay)way), name) != 0)

@@ -5,12 +5,12 @@
 #include "test_common.h"
 
 #include "banet/banet_view_internal.h"
-#include "omentum/fem.h"
+#include "banet_solid.h"
 
 typedef struct Slab {
     OmTetMesh mesh;
     OmSurface surface;
-    int* surface_vert;
+    int *surface_vert, *node;
     double* x;
     unsigned char *attached, *grasped;  // of vertices of the surface
     BanetTruth truth;
@@ -20,18 +20,22 @@ static inline void slab_done(Slab* s) {
     om_tet_mesh_done(&s->mesh);
     om_surface_done(&s->surface);
     om_free(s->surface_vert);
+    om_free(s->node);
     om_free(s->x);
     om_free(s->attached);
     om_free(s->grasped);
 }
 
 // 2 h x 1.5 h x 10 mm, h half of the length, in cells of about 5 mm. Attached below where x < `held`, grasped within
-// 8 mm of a point on the top, which is lifted by `lift` (vertices prescribed).
-static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
+// 8 mm of a point on the top, which is lifted by `lift` (vertices prescribed). Quadratic elements have cells of 10 mm.
+static inline void slab_init_element(double half, double held, OmVec3 lift, OmElement element,
+                                     Slab* s) {
     memset(s, 0, sizeof *s);
-    int nx = (int)lround(2 * half / 0.005), ny = (int)lround(1.5 * half / 0.005);
+    double edge = element == OM_TET10 ? 0.01 : 0.005;
+    int nx = (int)lround(2 * half / edge), ny = (int)lround(1.5 * half / edge);
     assert_ok(om_tet_mesh_box(om_vec3(-half, -0.75 * half, 0), om_vec3(half, 0.75 * half, 0.01), nx,
-                              ny, 2, &s->mesh));
+                              ny, (int)lround(0.01 / edge), &s->mesh));
+    if (element == OM_TET10) assert_ok(om_tet_mesh_refine_nodes(&s->mesh, &s->node));
     assert_ok(om_tet_mesh_boundary(&s->mesh, &s->surface, &s->surface_vert));
     size_t n = (size_t)s->surface.nvert;
     s->attached = om_calloc(n, 1);
@@ -52,7 +56,7 @@ static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
     OmMaterial material = {.law = OM_STABLE_NEO_HOOKEAN, .young = 1e4, .poisson = 0.42};
     OmFemMesh mesh;
     OmFemSolid* solid;
-    assert_ok(om_fem_mesh_from_tet(&s->mesh, OM_TET4, &mesh));
+    make_solid_mesh(&s->mesh, s->node, &mesh);
     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
     def.nworker = 1;
     assert_ok(om_fem_create(&def, &solid));
@@ -68,6 +72,7 @@ static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
     om_free(fixed);
     om_free(goal);
     s->truth = (BanetTruth){.mesh = &s->mesh,
+                            .node = s->node,
                             .surface = &s->surface,
                             .surface_vert = s->surface_vert,
                             .x = s->x,
@@ -77,6 +82,10 @@ static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
                             .poisson = material.poisson,
                             .density = 1000,
                             .pose_world_board = om_pose_identity()};
+}
+
+static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
+    slab_init_element(half, held, lift, OM_TET4, s);
 }
 
 typedef struct SlabError {

@@ -296,6 +296,12 @@ static void test_definitions(void** state) {
     assert_true(om_banet_sample_def_hash(&other) != before);
     other = d, other.law = OM_ST_VENANT_KIRCHHOFF;
     assert_true(om_banet_sample_def_hash(&other) != before);
+    other = d, other.element = OM_TET4;
+    assert_true(om_banet_sample_def_hash(&other) != before);
+    // a set that was made before there were other elements than linear ones
+    other = om_banet_data_default_def(5, "/tmp").sample;
+    other.way = OM_BANET_EXACT, other.element = OM_TET4;
+    assert_true(om_banet_sample_def_hash(&other) == 0xdc4cd963e5f7859d);
     double x[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     int tet[4] = {0, 1, 2, 3};
     const OmTetMesh body = {.nvert = 4, .ntet = 1, .x = x, .tet_vert = tet};

@@ -1,4 +1,5 @@
 // test_banet_sample.c: random samples: balance of forces, ranges, and the same bytes from (seed, index) alone.
+#include "banet_solid.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "omentum/shape_meshing.h"
@@ -48,7 +49,7 @@ static void check_balance(const OmBanetSample* s, double tolerance) {
     OmVec3 pull = {0, 0, 0}, held = {0, 0, 0};
     int ngrasped = 0;
     double left = 0, scale = om_norm(s->force), weight = 0, push = 0;
-    assert_ok(om_fem_mesh_from_tet(&s->mesh, OM_TET4, &mesh));
+    make_solid_mesh(&s->mesh, s->node, &mesh);
     memcpy(mesh.x, s->rest, 3 * (size_t)mesh.nnode * sizeof *mesh.x);
     OmFemDef def = om_fem_default_def(&mesh, 1, &s->material);
     assert_ok(om_fem_create(&def, &solid));
@@ -155,6 +156,7 @@ static void test_samples(void** state) {
     (void)state;
     OmBanetSampleDef def = small_def(11);
     for (int k = test_count(4, 0); k < 6; ++k) {
+        def.element = k % 2 ? OM_TET10 : OM_TET4;
         def.law = k == 5 ? OM_ST_VENANT_KIRCHHOFF : OM_NEO_HOOKEAN;
         def.two_share = k % 2;
         OmBanetSample s;
@@ -212,7 +214,7 @@ static int count_regions(const OmBanetSample* s) {
 // Bodies that need a larger box are drawn again.
 static void test_box(void** state) {
     (void)state;
-    OmBanetSampleDef def = small_def(19);
+    OmBanetSampleDef def = small_def(20);
     def.extent[0] = 0.04;
     def.max_dim[0] = def.max_dim[1] = 16;
     int nattempt = 0;
@@ -317,8 +319,9 @@ static void test_one_body(void** state) {
     def.body = &box;
     for (int k = 0; k < 3; ++k) {
         OmBanetSample s;
+        def.element = k == 1 ? OM_TET10 : OM_TET4;
         assert_ok(om_banet_sample_make(&def, k, &s));
-        assert_int_equal(s.mesh.ntet, box.ntet);
+        assert_int_equal(s.mesh.ntet, k == 1 ? 8 * box.ntet : box.ntet);
         assert_memory_equal(s.mesh.x, box.x, 3 * (size_t)box.nvert * sizeof *box.x);
         assert_true(s.mesh.x != box.x);
         check_ranges(&def, &s);

@@ -20,6 +20,7 @@ static bool measure(int64_t index, double board_share, Case* out) {
     view.keep_lost = 1;
     assert_int_equal(om_banet_sample_make(&def, index, &s), OM_OK);
     BanetTruth truth = {.mesh = &s.mesh,
+                        .node = s.node,
                         .surface = &s.surface,
                         .surface_vert = s.surface_vert,
                         .x = s.x,

@@ -10,6 +10,7 @@
 
 static OmBanetData make_data(void) {
     OmBanetSampleDef def = om_banet_data_test_def(OM_BANET_TEST_EXACT, "").sample;
+    def.element = OM_TET4;  // as the bodies of the training
     OmBanetData data = {.nsample = NSAMPLE, .seed = def.seed, .side = def.side};
     data.sample = om_calloc((size_t)data.nsample, sizeof *data.sample);
     for (int s = 0; s < data.nsample; ++s) {

@@ -34,6 +34,10 @@ $ omentum banet generate -n 3 --first 1 --shard 1 --seed 900 --way exact --law s
 exit 3
 err another seed or other settings
 
+$ omentum banet generate -n 3 --first 1 --shard 1 --seed 900 --way exact --element linear -q -o out
+exit 3
+err another seed or other settings
+
 $ omentum banet generate --help
 exit 0
 out Examples:
@@ -54,6 +58,10 @@ err the test sets are test, test-camera, board and two
 $ omentum banet generate --test test --seed 3 -o x
 exit 2
 err --test test sets --seed itself
+
+$ omentum banet generate --element cubic -o x
+exit 2
+err --element cubic: it must be linear or quadratic
 
 $ omentum banet generate --way both -o x
 exit 2
