@@ -171,6 +171,7 @@ static uint64_t hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t
                              SHIFT, c->capsule.x,     c->capsule.y, c->reach};
     const double scene[] = {s->seed,
                             s->tissue.law,
+                            s->tissue.element,
                             t->site.young,
                             t->site.density,
                             t->site.poisson,
