@@ -347,7 +347,7 @@ static void test_no_memory(void** state) {
     OmBanetSampleDef def = small_def(17);
     def.side = 0.6;  // few nodes
     def.two_share = def.board_share = 1;
-    assert_true(test_failing_allocations(make_one, &def, test_stride(293)) > 2);
+    assert_true(test_failing_allocations(make_one, &def, test_stride(211)) > 2);
 }
 
 int main(void) {
