@@ -129,6 +129,8 @@ typedef struct OmModelDef {
     double unit;          // m per unit of the file; default 0: as the file says, else a millimetre
     OmSpace space;        // of a mesh or surface file; default OM_SPACE_NONE: as it says, else RAS
     bool remesh;  // remesh a volume mesh from its distance field; default false: use its elements
+    // measure the error in bending (OmModelReport.bending_error), 0.5 to 1 s; default true
+    bool has_bending_test;
     bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;
@@ -141,7 +143,7 @@ typedef struct OmModelDef {
 
 typedef struct OmModelReport {
     OmMeshQuality quality;
-    double bending_error;  // of om_patient_find_bending_error
+    double bending_error;  // of om_patient_find_bending_error; NaN: not measured
     char selected[256];    // the labels that were meshed, in words; "" if the input is no volume
     int64_t nvoxel;        // with these labels
     OmVec3 voxel;          // sides of a voxel, m

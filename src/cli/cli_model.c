@@ -22,6 +22,7 @@ static const OmCliOption option[] = {
     {"--close", NULL, "MM", "morphological closing by a ball of this radius", "0", "mm", 0, 100},
     {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes", "1.2", "voxels", 0.5,
      3},
+    {"--no-bending", NULL, NULL, "leave out the bending test of the mesh, 0.5 to 1 s"},
     {"--no-refine", NULL, NULL, "keep the edge length also where parts are thinner"},
     {"--remesh", NULL, NULL, "remesh a volume mesh instead of using its elements"},
     {"--unit", NULL, "mm|cm|m", "unit of the file's lengths", "the file's unit, else mm"},
@@ -325,6 +326,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     def->keep_holes = om_cli_get(args, "--keep-holes") != NULL;
     def->remesh = om_cli_get(args, "--remesh") != NULL;
     def->refine = om_cli_get(args, "--no-refine") == NULL;
+    def->has_bending_test = om_cli_get(args, "--no-bending") == NULL;
     if (unit) {
         bool is_m = strcmp(unit, "m") == 0, is_cm = strcmp(unit, "cm") == 0;
         OM_CHECK(is_m || is_cm || strcmp(unit, "mm") == 0, OM_INVALID,
@@ -383,7 +385,8 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
     else if (p->organ.ntri == 0)
         printf(", %.2f %% off", r->volume_error * 100);
     printf("; surface %.2f mm off (mean)\n", r->surface_error_mean * 1e3);
-    printf("bending error of this mesh: %.1f %%\n", 100 * r->bending_error);
+    if (!isnan(r->bending_error))
+        printf("bending error of this mesh: %.1f %%\n", 100 * r->bending_error);
     for (int s = 0; s < p->mesh.nset; s++) {
         printf("%s%s %d", s ? ", " : "sets: ", p->mesh.set[s].name, p->mesh.set[s].nvert);
     }

@@ -60,7 +60,8 @@ OmModelDef om_model_default_def(const char* input, double edge) {
                       .smooth = 1.2,
                       .max_volume_size = OM_VOLUME_MAX_SIZE,
                       .edge = edge,
-                      .refine = true};
+                      .has_bending_test = true,
+.refine = true};
     snprintf(def.input, sizeof def.input, "%s", input);
     base_name(input, def.name, sizeof def.name);
     snprintf(def.sheet.side, sizeof def.sheet.side, "anterior");
@@ -399,8 +400,11 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
                        report->ncapped);
     }
     if (is_reported) {
-        OM_TRY_DONE(om_progress_report(progress, "bending", 0, 1));
-        OM_TRY_DONE(measure_bending(patient, report));
+        report->bending_error = NAN;
+        if (def->has_bending_test) {
+            OM_TRY_DONE(om_progress_report(progress, "bending", 0, 1));
+            OM_TRY_DONE(measure_bending(patient, report));
+        }
     }
     if (!report->quality.is_manifold) {
         om__model_warn(report, "the boundary touches itself in single edges");

@@ -24,12 +24,12 @@ out ^ *4 mine$
 no-err
 
 # A note beside the model: the model is not replaced. Without the note it is.
-$ echo mine > m/notes.txt; cp m/report.json kept; omentum model ball.obj -e 10 -q -o m; code=$?; cmp kept m/report.json && cat m/notes.txt && exit $code
+$ echo mine > m/notes.txt; cp m/report.json kept; omentum model --no-bending ball.obj -e 10 -q -o m; code=$?; cmp kept m/report.json && cat m/notes.txt && exit $code
 exit 3
 out ^mine$
 err m holds notes\.txt, which omentum did not write: move it away, or name another folder$
 err-lines 1
-$ rm m/notes.txt; omentum model ball.obj -e 10 -q -o m; cmp -s kept m/report.json
+$ rm m/notes.txt; omentum model --no-bending ball.obj -e 10 -q -o m; cmp -s kept m/report.json
 exit 1
 
 $ mkdir r/runs; omentum retract small.yaml -q -o r; code=$?; test -d r/runs && exit $code
@@ -41,24 +41,24 @@ out ^more$
 err r/run\.json was changed after omentum wrote it
 
 # A folder of an older version has no list; one kind does not replace another; nor does a run, the folder it is in.
-$ cp -r m older && rm older/.om*; omentum model ball.obj -e 15 -q -o older; code=$?; test -s older/patient.yaml && exit $code
+$ cp -r m older && rm older/.om*; omentum model --no-bending ball.obj -e 15 -q -o older; code=$?; test -s older/patient.yaml && exit $code
 exit 3
 err older holds patient\.yaml and no list \(\.omentum\) of what omentum wrote, so nothing there is replaced: move it away
 $ cp -r m m2; omentum retract small.yaml -q -o m2
 exit 3
 err m2 holds a patient model, not a retraction run
-$ cd m; omentum model ../ball.obj -e 15 -q -o .
+$ cd m; omentum model --no-bending ../ball.obj -e 15 -q -o .
 exit 3
 err is the folder that the program was started in
 
 # Inputs in the output folder.
-$ mkdir in && cp ball.obj in && omentum model in/ball.obj -e 15 -q -o in; code=$?; test -s in/ball.obj && exit $code
+$ mkdir in && cp ball.obj in && omentum model --no-bending in/ball.obj -e 15 -q -o in; code=$?; test -s in/ball.obj && exit $code
 exit 3
 err the input in/ball\.obj lies in the output folder in
 $ ln -s in lin; cp small.yaml in; omentum retract in/small.yaml -q -o lin; code=$?; test -s in/small.yaml && exit $code
 exit 3
 err the input in/small\.yaml lies in the output folder lin
-$ omentum model m/tissue.vtu --unit m -q -o m; code=$?; test -s m/tissue.vtu && exit $code
+$ omentum model --no-bending m/tissue.vtu --unit m -q -o m; code=$?; test -s m/tissue.vtu && exit $code
 exit 3
 err the input m/tissue\.vtu lies in the output folder m
 

@@ -16,13 +16,13 @@ err-lines 1
 
 $ sed 's/force_threshold/force_treshold/' small.yaml > typo.yaml && omentum retract typo.yaml -o out
 exit 3
-err typo\.yaml:15: .*"force_treshold".*did you mean "force_threshold"
+err typo\.yaml:16: .*"force_treshold".*did you mean "force_threshold"
 err-lines 1
 no-file out
 
 $ sed 's/grasp_radius_mm: .*/grasp_radius_mm: wide/' small.yaml > type.yaml && omentum retract type.yaml -o out
 exit 3
-err type\.yaml:16
+err type\.yaml:17
 err-lines 1
 
 $ sed 's/center_mm:.*/center_mm: [-400, 0, 0]/' small.yaml > far.yaml && omentum retract far.yaml -q -o out

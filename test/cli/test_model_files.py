@@ -25,7 +25,7 @@ VOXELS = SIZE[0] * SIZE[1] * SIZE[2]
 
 
 def run(*args, code=0):
-    done = subprocess.run([PROGRAM, "model", *args], capture_output=True, text=True, check=False)
+    done = subprocess.run([PROGRAM, "model", "--no-bending", *args], capture_output=True, text=True, check=False)
     assert done.returncode == code, f"exit {done.returncode} of {args}:\n{done.stdout}{done.stderr}"
     return done.stdout + done.stderr
 

@@ -86,6 +86,7 @@ static void bean_volume(OmMat3 axis, int nx, int ny, int nz, OmVolume* v) {
 
 static void bean_model(const OmVolume* v, double edge, OmPatient* p) {
     OmModelDef def = om_model_default_def("bean", edge);
+    def.has_bending_test = false;
     OmModelReport r;
     assert_ok(om_model_build_volume(&def, v, NULL, p, &r));
     assert_below(r.volume_error, 0.002);
@@ -168,6 +169,7 @@ static void test_one_organ_in_every_format(void** unused) {
     for (size_t i = 0; i < sizeof solid / sizeof *solid; i++) {
         const char* path = in_folder(solid[i].file);
         OmModelDef def = om_model_default_def(path, 0.005);
+        def.has_bending_test = false;
         assert_ok(om_tet_mesh_save_format(&p.mesh, path, OM_UNIT_MM, solid[i].format, NULL, 0));
         assert_ok(om_model_build(&def, NULL, &q, NULL));
         assert_int_equal(q.mesh.nvert, p.mesh.nvert);
@@ -182,6 +184,7 @@ static void test_one_organ_in_every_format(void** unused) {
     for (size_t i = 0; i < sizeof skin / sizeof *skin; i++) {
         const char* path = in_folder(skin[i]);
         OmModelDef def = om_model_default_def(path, 0.005);
+        def.has_bending_test = false;
         assert_ok(om_surface_save(&s, path, OM_UNIT_MM));
         assert_ok(om_model_build(&def, NULL, &q, NULL));
         double mean = apart(&q.mesh, &p.mesh);
