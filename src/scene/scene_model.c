@@ -61,7 +61,7 @@ OmModelDef om_model_default_def(const char* input, double edge) {
                       .max_volume_size = OM_VOLUME_MAX_SIZE,
                       .edge = edge,
                       .has_bending_test = true,
-.refine = true};
+                      .refine = true};
     snprintf(def.input, sizeof def.input, "%s", input);
     base_name(input, def.name, sizeof def.name);
     snprintf(def.sheet.side, sizeof def.sheet.side, "anterior");

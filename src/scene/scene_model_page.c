@@ -82,7 +82,7 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     add_row(t, "elements through the thickness", q->nlayer, "%.0f", "");
     if (!isnan(r->bending_error))
         add_row(t, "bending error of this mesh, quadratic elements", r->bending_error * 100, "%.1f",
-            "%");
+                "%");
     add_row(t, "smallest dihedral angle", q->dihedral_min * deg, "%.2f", "degrees");
     add_row(t, "largest dihedral angle", q->dihedral_max * deg, "%.2f", "degrees");
     add_row(t, "shortest edge", q->edge_min * 1e3, "%.2f", "mm");
