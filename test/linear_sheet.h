@@ -12,6 +12,7 @@ static inline OmScene linear_sheet(void) {
     s.tissue.element = OM_ELEMENT_LINEAR;
     s.tissue.law = OM_STABLE_NEO_HOOKEAN;
     s.tissue.cells = om_vec3(20, 20, 1);
+    s.task.force_threshold = 2.55;
     return s;
 }
 

@@ -56,7 +56,7 @@ OmScene om_scene_default(void) {
                              .grip_friction = -1,
                              .grip_force = 8};
     s.task = (OmSceneTask){.grid = 5,
-                           .force_threshold = 2.55,
+                           .force_threshold = 1.32,
                            .watch_force = true,
                            .max_height = 0.05,
                            .pull_step = 0.01,
