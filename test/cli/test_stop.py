@@ -24,14 +24,14 @@ MOST = 2.0  # s of processor time from the signal to the end
 DEADLINE = 120  # s of wall time, for deadlocks
 
 SCENE = """name: small
-tissue: {source: sheet, cells: [8, 8, 1], world_cells: [12, 12, 1]}
+tissue: {source: sheet, element: linear, cells: [8, 8, 1], world_cells: [12, 12, 1]}
 attachments: {kind: box, lo_mm: [10, -100, -1], hi_mm: [100, 100, 1]}
 roi: {random: false, center_mm: [-40, -30, 0]}
 endoscope: {distance_mm: 200, elevation_deg: 45, fov_deg: 60, width: 80, height: 60}
 task: {force_threshold: 3, grasp_radius_mm: 11, speed_mm_s: 50}
 """
 STRIP = """name: strip
-tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], world_cells: [9, 5, 2], young: 3000, poisson: 0.3, rayleigh_stiffness: 0}
+tissue: {source: sheet, element: linear, size_mm: [60, 30, 10], cells: [6, 3, 1], world_cells: [9, 5, 2], young: 3000, poisson: 0.3, rayleigh_stiffness: 0}
 attachments: {kind: box, lo_mm: [-31, -16, -1], hi_mm: [-20, 16, 1]}
 roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}
 """
