@@ -231,7 +231,7 @@ def check_waiting(program, command, words, says, number):
         assert process.returncode == 130 and says in said, f"{process.returncode} {said}"
 
 
-RESUMED = [("preplan", "coarse.yaml --again 1", 0.25), ("rl demo", "-t retract -s max_step=20 -n 60", 0.8, ".hdf5")]
+RESUMED = [("preplan", "coarse.yaml --again 1", 0.25), ("rl demo", "-t retract -s max_step=10 -n 16", 0.5, ".hdf5")]
 WAITING = [("retract small.yaml --supervise -o out", "pause\n", RECORD),
            ("rl play -t reach --record out.hdf5", "3m f\n" * 60 + "2m", "60 finished episodes are recorded")]
 
