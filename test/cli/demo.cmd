@@ -2,7 +2,7 @@
 $ omentum demo --quick -q -o demo
 exit 0
 out ^CT: \d+ x \d+ x \d+ voxels; labels by thresholds, Dice: fat 0\.9\d+, organ 0\.9\d+, tumour 0\.[89]\d+$
-out ^model: \d+ tetrahedra, held at \d+ vertices
+out ^model: \d+ tetrahedra, [+-][0-4]\.\d % of the label's volume, held at \d+ vertices
 out ^plan before the operation: point
 out ^demo: \d+ % of the ROI exposed
 out report: demo/report\.html
