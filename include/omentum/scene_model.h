@@ -226,7 +226,8 @@ OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
 /// How much of a bending deflection the mesh lacks with quadratic elements. One half of a strip of the mesh is held,
 /// the other half bends by its weight: the error is the share of the energy that is missing, against the same strip
 /// refined once. A strip is three edges wide and as long and as thick as the tissue; of a larger one the 800 elements
-/// nearest to its middle are taken, which gives an upper estimate. It takes up to about a second.
+/// nearest to its middle are taken, which mostly gives more than the error of the whole (doc/notes/scene.md compares
+/// them). It takes up to about a second.
 /// @param error  0 to 1; 1 where the mesh is too small to bend
 /// @return OM_OK; OM_INVALID (a label without a material, a mesh that om_tet_mesh_validate refuses); OM_NO_MEMORY
 OM_API OmStatus om_patient_find_bending_error(const OmPatient* patient, double* error);

@@ -82,8 +82,8 @@ static const OmYamlField tissue_field[] = {
      .help = "share of the way to its goal that a particle goes, of `engine: pbd`"},
 };
 static const char* const tissue_renamed[] = {"model", "engine", NULL};
-static const char* const tissue_removed[] = {
-    "mesh_factor", "`element: quadratic`, the default, bends as the tissue does", NULL};
+#define BENDS "`element: quadratic`, the default, bends as the tissue does"
+static const char* const tissue_removed[] = {"mesh_factor", BENDS, "averaged", BENDS, NULL};
 static const OmYamlSchema tissue_schema = {"tissue", tissue_field,   COUNT(tissue_field),
                                            NULL,     tissue_renamed, .removed = tissue_removed};
 

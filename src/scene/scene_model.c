@@ -362,6 +362,7 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
     if (!report) report = &local;
     memset(patient, 0, sizeof *patient);
     memset(report, 0, sizeof *report);
+    report->bending_error = NAN;
     double start = om_clock_now();
     OM_TRY_DONE(check_def(def));
     const bool is_sheet = def->sheet.thickness > 0;
@@ -399,12 +400,9 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         om__model_warn(report, "the volume cuts the organ: %d voxels on its border were capped",
                        report->ncapped);
     }
-    if (is_reported) {
-        report->bending_error = NAN;
-        if (def->has_bending_test) {
-            OM_TRY_DONE(om_progress_report(progress, "bending", 0, 1));
-            OM_TRY_DONE(measure_bending(patient, report));
-        }
+    if (is_reported && def->has_bending_test) {
+        OM_TRY_DONE(om_progress_report(progress, "bending", 0, 1));
+        OM_TRY_DONE(measure_bending(patient, report));
     }
     if (!report->quality.is_manifold) {
         om__model_warn(report, "the boundary touches itself in single edges");
