@@ -44,6 +44,8 @@ double bench_now(void);
 bool bench_is_wanted(const BenchOptions* options, const char* scene, const char* work);
 /// Print the row as one JSON object a line; with --table as a line of a table.
 OmStatus bench_print(const BenchRow* row);
+/// Contact with the board z = 0, which the caller destroys, also on an error.
+OmStatus bench_board(const OmTissueModel* model, OmContact** contact, OmContactWork** work);
 /// The default scene on 20 x 20 x 1 cells of linear elements.
 OmScene bench_sheet(void);
 /// Box [0, size] of tetrahedra, cells[0] x cells[1] x cells[2] cubes, attached where coordinate `axis` is 0.

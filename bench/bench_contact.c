@@ -34,12 +34,7 @@ static OmStatus make_body(const OmTetMesh* mesh, const BenchOptions* options, Sh
     OM_TRY(om_tissue_create(&def, &sheet->model));
     OM_TRY(om_tissue_state_create(sheet->model, &sheet->state));
     OM_TRY(om_tissue_work_create(sheet->model, &sheet->work));
-    OmContactDef contact = om_contact_default_def();
-    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    OmTissueObstacle board = om_plane_obstacle(&plane);
-    contact.nobstacle = 1, contact.obstacle = &board;
-    OM_TRY(om_contact_create(&contact, sheet->model, &sheet->contact));
-    return om_contact_work_create(sheet->contact, &sheet->contact_work);
+    return bench_board(sheet->model, &sheet->contact, &sheet->contact_work);
 }
 
 static OmStatus lift(const Sheet* sheet, bool has_board, double* time, BenchRow* row) {

@@ -53,6 +53,15 @@ double bench_now(void) {
     return is_processor_time ? (double)clock() / CLOCKS_PER_SEC : om_clock_now();
 }
 
+OmStatus bench_board(const OmTissueModel* model, OmContact** contact, OmContactWork** work) {
+    OmContactDef def = om_contact_default_def();
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    def.nobstacle = 1, def.obstacle = &board;
+    OM_TRY(om_contact_create(&def, model, contact));
+    return om_contact_work_create(*contact, work);
+}
+
 OmScene bench_sheet(void) {
     OmScene s = om_scene_default();
     s.tissue.element = OM_ELEMENT_LINEAR;

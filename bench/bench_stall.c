@@ -84,15 +84,6 @@ static void body_done(Body* b) {
     om_tet_mesh_done(&b->mesh);
 }
 
-static OmStatus add_board(Body* b) {
-    OmContactDef def = om_contact_default_def();
-    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    OmTissueObstacle board = om_plane_obstacle(&plane);
-    def.nobstacle = 1, def.obstacle = &board;
-    OM_TRY(om_contact_create(&def, b->model, &b->contact));
-    return om_contact_work_create(b->contact, &b->contact_work);
-}
-
 static OmStatus add_probe(Body* b) {
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     OM_TRY(om_probe_create(&shape, &b->probe));
@@ -124,7 +115,7 @@ static OmStatus make_body(const Row* r, const BenchOptions* options, Body* b) {
     OM_TRY(om_tissue_work_create(b->model, &b->work));
     b->before = om_alloc(1, om_tissue_state_size(b->model));
     if (!b->before) return OM_NO_MEMORY;
-    if (scene->motion == DROP) return add_board(b);
+    if (scene->motion == DROP) return bench_board(b->model, &b->contact, &b->contact_work);
     return scene->motion == PRESS ? add_probe(b) : OM_OK;
 }
 

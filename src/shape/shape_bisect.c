@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "omentum/shape.h"
+#include "shape/shape_middles.h"
 
 #define SHARE 0.7  // of the longest terminal edge: shorter ones wait for a later round
 
@@ -15,8 +15,6 @@ typedef struct Edge {
     int tet;
     double length2;
 } Edge;
-
-static const int edge_end[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
 static int compare_ends(const void* p, const void* q) {
     const Edge *e = p, *f = q;
@@ -35,7 +33,7 @@ static bool has_same_ends(const Edge* e, const Edge* f) { return e->a == f->a &&
 
 static Edge edge_of(const OmTetMesh* mesh, int t, int k) {
     const int* v = &mesh->tet_vert[4 * (size_t)t];
-    int a = v[edge_end[k][0]], b = v[edge_end[k][1]];
+    int a = v[om__tet_edge[k][0]], b = v[om__tet_edge[k][1]];
     Edge e = {a < b ? a : b, a < b ? b : a, t, 0};
     e.length2 = om_norm2(om_sub(om_load3(mesh->x, e.a), om_load3(mesh->x, e.b)));
     return e;
@@ -91,28 +89,11 @@ static int cut_tets(const OmTetMesh* mesh, const Edge* edge, int nedge, const Ed
     return ntet;
 }
 
-// A midpoint joins a set if both ends of its edge are in it.
-static OmStatus copy_sets(const OmTetMesh* mesh, const Edge* edge, int nedge, OmTetMesh* fine) {
-    unsigned char* is_in = om_alloc((size_t)mesh->nvert, 1);
-    int* list = om_alloc((size_t)fine->nvert, sizeof *list);
-    OmStatus status = is_in && list ? OM_OK : OM_NO_MEMORY;
-    for (int s = 0; status == OM_OK && s < mesh->nset; ++s) {
-        int n = mesh->set[s].nvert;
-        memset(is_in, 0, (size_t)mesh->nvert);
-        for (int i = 0; i < n; ++i) is_in[list[i] = mesh->set[s].vert[i]] = 1;
-        for (int e = 0; e < nedge; ++e)
-            if (is_in[edge[e].a] && is_in[edge[e].b]) list[n++] = mesh->nvert + e;
-        status = om_tet_mesh_add_set(fine, mesh->set[s].name, list, n);
-    }
-    om_free(is_in);
-    om_free(list);
-    return status;
-}
-
 // One round: at most `most` of the longest terminal edges.
 static OmStatus halve(OmTetMesh* mesh, int most) {
     OmTetMesh fine = {0};
     Edge *all = NULL, *longest = NULL;
+    int* end = NULL;
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(all, 6 * (size_t)mesh->ntet);
     OM_ALLOC_DONE(longest, mesh->ntet);
@@ -120,15 +101,13 @@ static OmStatus halve(OmTetMesh* mesh, int most) {
     while (nedge < num && nedge < most && all[nedge].length2 >= SHARE * SHARE * all[0].length2)
         ++nedge;
     qsort(all, (size_t)nedge, sizeof *all, compare_ends);
+    OM_ALLOC_DONE(end, 2 * (size_t)nedge);
     OM_TRY_DONE(om_tet_mesh_init(&fine, mesh->nvert + nedge, 2 * mesh->ntet));
-    memcpy(fine.x, mesh->x, 3 * (size_t)mesh->nvert * sizeof *fine.x);
     memcpy(fine.tet_vert, mesh->tet_vert, 4 * (size_t)mesh->ntet * sizeof *fine.tet_vert);
     memcpy(fine.tet_label, mesh->tet_label, (size_t)mesh->ntet * sizeof *fine.tet_label);
-    for (int e = 0; e < nedge; ++e)
-        om_store3(fine.x, mesh->nvert + e,
-                  om_lerp(om_load3(mesh->x, all[e].a), om_load3(mesh->x, all[e].b), 0.5));
+    for (int e = 0; e < nedge; ++e) end[2 * e] = all[e].a, end[2 * e + 1] = all[e].b;
+    OM_TRY_DONE(om__mesh_add_middles(mesh, nedge, end, &fine));
     fine.ntet = cut_tets(mesh, all, nedge, longest, &fine);
-    OM_TRY_DONE(copy_sets(mesh, all, nedge, &fine));
     om_tet_mesh_done(mesh);
     *mesh = fine;
     memset(&fine, 0, sizeof fine);
@@ -136,6 +115,7 @@ done:
     om_tet_mesh_done(&fine);
     om_free(all);
     om_free(longest);
+    om_free(end);
     return status;
 }
 

@@ -6,13 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "omentum/shape.h"
+#include "shape/shape_middles.h"
 
 typedef struct Edge {
     int a, b;  // a < b
 } Edge;
-
-static const int edge_end[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
 static int compare_edge(const void* p, const void* q) {
     const Edge *e = p, *f = q;
@@ -21,7 +19,7 @@ static int compare_edge(const void* p, const void* q) {
 }
 
 static Edge tet_edge(const int* tet, int i) {
-    int a = tet[edge_end[i][0]], b = tet[edge_end[i][1]];
+    int a = tet[om__tet_edge[i][0]], b = tet[om__tet_edge[i][1]];
     Edge e = {a < b ? a : b, a < b ? b : a};
     return e;
 }
@@ -83,28 +81,6 @@ static void cut_tet(const double* x, const int corner[4], const int mid[6], int 
     }
 }
 
-// A midpoint joins a set if both ends of its edge are in it.
-static OmStatus refine_sets(const OmTetMesh* mesh, const Edge* edge, int nedge, OmTetMesh* fine) {
-    unsigned char* is_in = om_alloc((size_t)mesh->nvert, 1);
-    int* list = om_alloc((size_t)fine->nvert, sizeof *list);
-    OmStatus status = is_in && list ? OM_OK : OM_NO_MEMORY;
-    for (int s = 0; status == OM_OK && s < mesh->nset; ++s) {
-        int n = 0;
-        memset(is_in, 0, (size_t)mesh->nvert);
-        for (int i = 0; i < mesh->set[s].nvert; ++i) {
-            is_in[mesh->set[s].vert[i]] = 1;
-            list[n++] = mesh->set[s].vert[i];
-        }
-        for (int e = 0; e < nedge; ++e) {
-            if (is_in[edge[e].a] && is_in[edge[e].b]) list[n++] = mesh->nvert + e;
-        }
-        status = om_tet_mesh_add_set(fine, mesh->set[s].name, list, n);
-    }
-    om_free(is_in);
-    om_free(list);
-    return status;
-}
-
 OmStatus om_tet_mesh_refine(OmTetMesh* mesh) { return om_tet_mesh_refine_nodes(mesh, NULL); }
 
 OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node) {
@@ -117,12 +93,8 @@ OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node) {
                   "mesh of %d tetrahedra is too large to refine", mesh->ntet);
     OM_TRY_DONE(list_edges(mesh, &edge, &nedge));
     OM_TRY_DONE(om_tet_mesh_init(&fine, mesh->nvert + nedge, 8 * mesh->ntet));
+    OM_TRY_DONE(om__mesh_add_middles(mesh, nedge, &edge->a, &fine));
     if (node) OM_ALLOC_DONE(all, 10 * (size_t)mesh->ntet);
-    memcpy(fine.x, mesh->x, 3 * (size_t)mesh->nvert * sizeof(double));
-    for (int e = 0; e < nedge; ++e) {
-        om_store3(fine.x, mesh->nvert + e,
-                  om_lerp(om_load3(mesh->x, edge[e].a), om_load3(mesh->x, edge[e].b), 0.5));
-    }
     for (int t = 0; t < mesh->ntet; ++t) {
         int mid[6];
         for (int i = 0; i < 6; ++i) {
@@ -138,7 +110,6 @@ OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node) {
         cut_tet(fine.x, &mesh->tet_vert[4 * t], mid, out);
         for (int k = 0; k < 8; ++k) fine.tet_label[8 * t + k] = mesh->tet_label[t];
     }
-    OM_TRY_DONE(refine_sets(mesh, edge, nedge, &fine));
     om_tet_mesh_done(mesh);
     *mesh = fine;
     memset(&fine, 0, sizeof fine);

@@ -249,6 +249,18 @@ static inline double timoshenko(double L, double a, double young, double nu, dou
     return load * pow(L, 4) / (8 * young * inertia) + load * L * L / (2 * k * shear * a * a);
 }
 
+/// How far the vertices at x = L have sunk, mean, m.
+static inline double end_sag(const TestRig* r, double L) {
+    double w = 0;
+    int num = 0;
+    for (int i = 0; i < r->mesh.nvert; ++i) {
+        if (r->mesh.x[3 * i] < L - 1e-9) continue;
+        w += r->mesh.x[3 * i + 2] - om_tissue_x(r->s)[3 * i + 2];
+        ++num;
+    }
+    return w / num;
+}
+
 /// Deflection of a cantilever five times as long as high under its own weight over Timoshenko's, as in
 /// test_fem_static.c.
 static inline double cantilever_ratio(const ElementKind* kind, int cells, double nu, OmLaw law) {
@@ -263,15 +275,9 @@ static inline double cantilever_ratio(const ElementKind* kind, int cells, double
     OmTissueReport report;
     OmStatus status = om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 30, &report);
     if (status != OM_OK) fail_msg("%s", om_error_message());
-    double w = 0;
-    int num = 0;
-    for (int i = 0; i < r.mesh.nvert; ++i) {
-        if (r.mesh.x[3 * i] < L - 1e-9) continue;
-        w += r.mesh.x[3 * i + 2] - om_tissue_x(r.s)[3 * i + 2];
-        ++num;
-    }
+    double w = end_sag(&r, L);
     rig_done(&r);
-    return w / num / timoshenko(L, a, young, nu, g);
+    return w / timoshenko(L, a, young, nu, g);
 }
 
 /// Of a sheet of 120 x 120 mm, attach the half below x = 60 mm, and a patch of 20 mm of the other half, raised by z.

@@ -19,4 +19,13 @@ static inline void make_mesh(OmTetMesh* mesh) {
     assert_ok(om_tet_mesh_add_set(mesh, "a <b> & \"c\" 100%", one, 1));
 }
 
+// Every format of volume meshes, and a name of its kind.
+static const struct {
+    const char* name;
+    OmMeshFormat format;
+} mesh_format[] = {{"a.vtu", OM_MESH_VTU},   {"b.vtu", OM_MESH_VTU_ASCII},
+                   {"a.vtk", OM_MESH_VTK},   {"b.vtk", OM_MESH_VTK_ASCII},
+                   {"a.msh", OM_MESH_MSH41}, {"b.msh", OM_MESH_MSH22}};
+#define NMESH_FORMAT (sizeof mesh_format / sizeof *mesh_format)
+
 #endif

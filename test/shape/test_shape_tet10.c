@@ -2,7 +2,7 @@
 #include "shape_file_common.h"
 #include "test_alloc.h"
 
-#include <hdf5.h>
+#include "shape_read_set.h"
 
 #include "omentum/shape_tet10.h"
 
@@ -169,17 +169,12 @@ static void assert_same(const OmTet10Mesh* a, const OmTet10Mesh* b) {
 
 static void test_all_formats_round_trip(void** unused) {
     (void)unused;
-    static const struct {
-        const char* name;
-        OmMeshFormat format;
-    } table[] = {{"a.vtu", OM_MESH_VTU},   {"b.vtu", OM_MESH_VTU_ASCII},
-                 {"a.vtk", OM_MESH_VTK},   {"b.vtk", OM_MESH_VTK_ASCII},
-                 {"a.msh", OM_MESH_MSH41}, {"b.msh", OM_MESH_MSH22}};
     OmTet10Mesh mesh, back;
     make_curved(&mesh);
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
-        const char* path = temp_path(table[i].name);
-        assert_ok(om_tet10_mesh_save_format(&mesh, path, OM_UNIT_M, table[i].format, NULL, 0));
+    for (size_t i = 0; i < NMESH_FORMAT; i++) {
+        const char* path = temp_path(mesh_format[i].name);
+        assert_ok(
+            om_tet10_mesh_save_format(&mesh, path, OM_UNIT_M, mesh_format[i].format, NULL, 0));
         assert_ok(om_tet10_mesh_load(path, metres, 0, &back));
         assert_same(&mesh, &back);
         om_tet10_mesh_done(&back);
@@ -329,19 +324,6 @@ static void test_wrong_meshes_are_refused(void** unused) {
 }
 
 // ---- recordings -------------------------------------------------------------------------------------
-
-static int read_set(hid_t file, const char* name, double* value, int max) {
-    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
-    if (set < 0) fail_msg("%s is not in the file", name);
-    hid_t space = H5Dget_space(set);
-    hsize_t dim[2] = {0, 1};
-    assert_true(H5Sget_simple_extent_dims(space, dim, NULL) >= 1);
-    H5Sclose(space);
-    assert_true((int)(dim[0] * dim[1]) <= max);
-    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0);
-    H5Dclose(set);
-    return (int)dim[0];
-}
 
 // Cells of type 24 with ten nodes each, surfaces behind them, positions of all nodes.
 static void test_a_recording_has_quadratic_cells(void** unused) {

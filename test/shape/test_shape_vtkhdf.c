@@ -2,7 +2,7 @@
 #include "shape_file_common.h"
 #include "test_alloc.h"
 
-#include <hdf5.h>
+#include "shape_read_set.h"
 
 static void make_recording(const char* path, const OmTetMesh* mesh, int nstep) {
     OmRecording* r;
@@ -26,22 +26,6 @@ static void make_recording(const char* path, const OmTetMesh* mesh, int nstep) {
     om_free(x);
     om_free(stress);
     om_free(part);
-}
-
-// Rows of a dataset, and its values as doubles (null: none wanted).
-static int read_set(hid_t file, const char* name, double* value, int max) {
-    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
-    if (set < 0) fail_msg("%s is not in the file", name);
-    hid_t space = H5Dget_space(set);
-    hsize_t dim[2] = {0, 1};
-    assert_true(H5Sget_simple_extent_dims(space, dim, NULL) >= 1);
-    H5Sclose(space);
-    if (value) {
-        assert_true((int)(dim[0] * dim[1]) <= max);
-        assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0);
-    }
-    H5Dclose(set);
-    return (int)dim[0];
 }
 
 static void test_a_run_is_read_back(void** unused) {
