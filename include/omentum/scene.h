@@ -17,6 +17,7 @@
 #include "omentum/sense.h"
 #include "omentum/shape.h"
 #include "omentum/shape_sdf.h"
+#include "omentum/tissue.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -39,7 +40,7 @@ typedef struct OmSceneTissue {
     char engine[OM_SCENE_NAME];
     // file that this engine reads, relative to the data root; "": none
     char weights[OM_SCENE_PATH];
-    int source;          // OmTissueSource
+    OmTissueSource source;
     OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
     OmVec3 cells;        // of the twin's sheet, default 10 x 10 x 1
     OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
@@ -48,8 +49,8 @@ typedef struct OmSceneTissue {
     double unit;               // of a ready mesh, m; default 1
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
-    int law;      // OmLaw; default OM_NEO_HOOKEAN
-    int element;  // OmTissueElement, of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
+    OmLaw law;    // default OM_NEO_HOOKEAN
+    OmTissueElement element;  // of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
@@ -107,7 +108,7 @@ typedef enum OmBeliefKind {
 } OmBeliefKind;
 
 typedef struct OmSceneBelief {  // attachments of the twin, where they are not those of the truth
-    int kind;                   // OmBeliefKind; default OM_BELIEF_SAME
+    OmBeliefKind kind;          // default OM_BELIEF_SAME
     OmVec3 shift;               // m, task frame, of OM_BELIEF_SAME; z is not used; default 0
     // m, of OM_BELIEF_SAME: the region extends by this, or shrinks if below 0; default 0
     double grow;
@@ -239,7 +240,7 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
     // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
     double quantile;
-    int region;  // OmMonitorRegion; default OM_MONITOR_TISSUE
+    OmMonitorRegion region;  // default OM_MONITOR_TISSUE
     // m, of OmMonitorFrame.part, above which the state is 1 and 2 in a pull; ascending, or both 0: parts of the tissue
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];

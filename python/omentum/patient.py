@@ -89,7 +89,7 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
     over: fields of OmOverDef for labelled tissue over a labelled organ: {"label": [2, 3], "roi": 3}; 3 is to be exposed.
     attach: attachments in words, "border:medial 25 %"; of a sheet, or of tissue over an organ.
-    options: other fields of OmModelDef, such as keep_all, close_radius, smooth.
+    options: other fields of OmModelDef, such as keep_all, close_radius, smooth; has_bending_test=False saves 0.5 to 1 s.
     """
     path = b"" if isinstance(source, Volume) else path_of(source)
     definition = lib.om_model_default_def(path, edge)

@@ -192,7 +192,8 @@ class Body(Owner):
     # ---- changing it ----
 
     def grasp(self, tip: Any, arm: int = 0, radius: float = 0.005) -> int:
-        """Grasp the vertices within `radius` m of the tip (a point or a pose); their number is returned."""
+        """Grasp the vertices within `radius` m of the tip (a point or a pose), with quadratic elements also the midpoints of
+        edges there; their number is returned."""
         held = ctypes.c_int()
         with self._busy:
             lib.om_body_grasp(self._c, arm, pose(tip), radius, ctypes.byref(held))
@@ -304,7 +305,7 @@ def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: An
     with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
         place = pathlib.Path(folder, "patient")
         patient.save(place)
-        mine.tissue.source = int(c.OmTissueSource.PATIENT)
+        mine.tissue.source = c.OmTissueSource.PATIENT
         mine.data_root, mine.tissue.file = str(place), "patient.yaml"
         if scene is None:
             mine.attach.kind = int(c.OmAttachKind.SET)

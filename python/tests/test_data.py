@@ -49,7 +49,7 @@ def test_a_data_set_of_umesh_holds_displacements(tmp_path):
 
 
 def test_a_data_set_of_an_organ_of_ones_own(tmp_path, ellipsoid, alive):
-    patient = om.build_patient(ellipsoid, edge=0.008, label=1)
+    patient = om.build_patient(ellipsoid, edge=0.008, label=1, has_bending_test=False)
     surface, _ = patient.mesh.boundary()
     data = om.UmeshData.generate(tmp_path / "data", 1, organ=surface, nelem=200, npicture=0, max_press=0.005, press_share=1)
     assert data.x.min(axis=0) == pytest.approx(patient.mesh.x.min(axis=0), abs=0.008)  # a cell of the grid

@@ -220,7 +220,7 @@ def test_a_scene_uses_a_law_in_python():
     heights = []
     for engine in ("python-stable", "fem"):
         text = f"name: law\ntissue: {{source: sheet, engine: {engine}, cells: [4, 4, 1], young: 5000" + (
-            ", law: stable-neo-hookean}\n" if engine == "fem" else "}\n")
+            ", law: stable-neo-hookean, element: linear}\n" if engine == "fem" else "}\n")
         body = om.Body(om.Scene.parse(text))
         body.settle(seconds=0.4, strict=False)
         tip = body.x[-1].copy()

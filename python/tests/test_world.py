@@ -11,12 +11,13 @@ IS_SLOW = bool(os.environ.get("OM_TEST_SLOW"))
 
 
 def make_scene():
-    """The first grasp lifts. Coarse, with small pictures, in the quick tests."""
+    """The first grasp lifts. Coarse, of linear elements, with small pictures, in the quick tests."""
     scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
     ncell, scene.seed = (12, 201) if IS_SLOW else (6, 207)
     scene.tissue.cells = (ncell, ncell, 1)
     scene.tissue.world_cells = (3 * ncell // 2, 3 * ncell // 2, 1)
     if not IS_SLOW:
+        scene.tissue.element = "linear"
         for camera in (scene.endoscope, scene.rgbd):
             camera.width, camera.height = 64, 48
     return scene
@@ -224,7 +225,7 @@ def test_a_run_writes_its_record(tmp_path):
 def test_a_run_of_quadratic_tissue_records_all_nodes(tmp_path):
     h5py = pytest.importorskip("h5py")
     scene = make_scene()
-    scene.tissue.element = 1  # OM_ELEMENT_QUADRATIC
+    scene.tissue.element = "quadratic"
     om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(30))
     recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
     nx, ny, nz = (int(n) for n in scene.tissue.world_cells)

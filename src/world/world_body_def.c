@@ -27,7 +27,7 @@ OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role, const OmTiss
 
 static OmLaw law_of(const OmScene* scene, const OmSite* site) {
     bool has_own = site->role == OM_SITE_WORLD && scene->world.law >= 0;
-    return (OmLaw)(has_own ? scene->world.law : scene->tissue.law);
+    return has_own ? (OmLaw)scene->world.law : scene->tissue.law;
 }
 
 static OmMaterial material_of(const OmScene* scene, const OmSite* site, const OmSiteMaterial* m) {
