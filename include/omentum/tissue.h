@@ -15,6 +15,9 @@
 ///     om_tissue_move_grasp(state, 0, pose_world_tip_later);
 ///     om_tissue_step(model, state, work, 0.02, &report);
 ///     om_tissue_get_forces(model, state, &forces);
+///
+/// Counts of arrays (nvert, ntet) are those of om_tissue_mesh(model), not of the caller's mesh: by default finite elements
+/// have midpoints behind its vertices, and eight tetrahedra for each of its own.
 #ifndef OMENTUM_TISSUE_H
 #define OMENTUM_TISSUE_H
 
@@ -115,7 +118,7 @@ OM_API void om_tissue_state_reset(const OmTissueModel* model, OmTissueState* sta
 /// A snapshot is a memcpy of this many bytes from or to the state of the same model.
 OM_API size_t om_tissue_state_size(const OmTissueModel* model);
 OM_API uint64_t om_tissue_state_hash(const OmTissueState* state);
-/// Views (nvert x 3), m and m/s; valid until the state is destroyed.
+/// Views (nvert x 3 of om_tissue_mesh), m and m/s; valid until the state is destroyed.
 OM_API const double* om_tissue_x(const OmTissueState* state);
 OM_API const double* om_tissue_v(const OmTissueState* state);
 OM_API double om_tissue_time(const OmTissueState* state);
@@ -345,7 +348,8 @@ typedef enum OmTissueMeasure {
     OM_VOLUME_RATIO,       // det F; negative where inverted
     OM_ENERGY_DENSITY      // J/m^3
 } OmTissueMeasure;
-/// One measure of every element (ntet).
+/// One measure of every element of om_tissue_mesh: with quadratic elements eight for each of the definition's mesh.
+/// @param value  out, (om_tissue_mesh(model)->ntet)
 /// @return OM_OK; OM_INVALID (no such measure); OM_UNAVAILABLE (an engine without elements)
 OM_API OmStatus om_tissue_get_measure(const OmTissueModel* model, const OmTissueState* state,
                                       OmTissueMeasure measure, double* value);

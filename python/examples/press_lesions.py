@@ -18,7 +18,7 @@ METHODS = ("penalty", "multipliers", "prescribed")
 
 def press(mesh, surface, lesion, method):
     """Press over a lesion; the force at the end, N, and the lesion's error at each depth, mm."""
-    tissue = om.Tissue(mesh, young=3000, poisson=0.45, law="neo-hookean", gravity=(0, 0, 0),
+    tissue = om.Tissue(mesh, element="linear", young=3000, poisson=0.45, law="neo-hookean", gravity=(0, 0, 0),  # as the study
                        solver={"tolerance": 1e-3, "max_iterations": 400})
     normal = np.array(lesion["normal"], float)
     along = np.array([1, 0, 0]) - normal[0] * normal

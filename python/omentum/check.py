@@ -34,7 +34,8 @@ class _Check:
         if mesh is None:
             mesh = TetMesh.box((0.04, 0.02, 0.02), (4, 2, 2))
             mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 0] < 1e-9)
-        self.engine, self.mesh, self.options = engine, mesh, {"young": 2e4, **options}
+        self.engine, self.given, self.options = engine, mesh, {"young": 2e4, **options}
+        self.mesh = self.make().mesh  # with midpoints, where elements are quadratic
         self.name = engine.name if isinstance(engine, Engine) else engine
         can = lib.om_engine_capabilities(find_engine(engine))
         self.has_forces = bool(can & c.OmEngineCapability.FORCES)
@@ -44,7 +45,7 @@ class _Check:
         self.radius = 0.3 * size
 
     def make(self, **options: Any) -> Tissue:
-        return Tissue(self.mesh, self.engine, **{**self.options, **options})
+        return Tissue(self.given, self.engine, **{**self.options, **options})
 
     def want(self, holds: Any, what: str) -> None:
         assert holds, f"engine {self.name}: {what}"

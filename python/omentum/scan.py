@@ -67,7 +67,7 @@ class Scan(Owner):
 
     @property
     def normal(self) -> np.ndarray:
-        """Unit normals (npoint x 3)."""
+        """Unit normals, zero: not known (npoint x 3)."""
         return view(self._handle, self._c.normal, np.float64, (self._c.npoint, 3), True)
 
     @property

@@ -88,7 +88,7 @@ class Tissue(Owner):
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
-        rayleigh_stiffness, max_newton, element (default linear here, quadratic in C), solver={"nworker": 2, ...}.
+        rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):
@@ -96,7 +96,6 @@ class Tissue(Owner):
         arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, **plain, **options}
         raw, table = mesh._as_c(), find_engine(engine)
         definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
-        definition.element = int(c.OmTissueElement.ELEMENT_LINEAR)  # arrays here have the vertices of the mesh given
         definition.assign(options)
         if materials:
             _make_materials(definition, mesh, materials, plain)
@@ -140,8 +139,9 @@ class Tissue(Owner):
 
     @property
     def mesh(self) -> TetMesh:
-        """The mesh at rest. With element="quadratic" midpoints of edges follow the vertices of the given mesh, and each
-        of its tetrahedra is eight: arrays of vertices and elements are of this mesh."""
+        """The mesh at rest, to which arrays of vertices and elements belong. Its first vertices are those of the given mesh.
+        With quadratic elements midpoints of edges follow, each tetrahedron of the given mesh is eight, and the set
+        "attachment" has the midpoints between attached vertices."""
         return self._mesh
 
     def _make_tet10(self) -> Any:
@@ -154,8 +154,8 @@ class Tissue(Owner):
         return raw
 
     def save(self, path: str | os.PathLike[str], unit: float = 1.0) -> None:
-        """Write the present shape (.vtu, .vtk, .msh) with labels and sets: tetrahedra of four nodes, or of ten with
-        element="quadratic". unit: m per unit of the file."""
+        """Write the present shape (.vtu, .vtk, .msh) with labels and sets: tetrahedra of ten nodes, or of four where
+        elements are linear. unit: m per unit of the file."""
         with self._busy:
             if self._mesh is self._given:
                 TetMesh(self.x.copy(), self._mesh.tet, self._mesh.label, self._mesh.sets).save(path, unit)
@@ -168,7 +168,8 @@ class Tissue(Owner):
 
     @property
     def x(self) -> np.ndarray:
-        """Positions, m (nvert x 3): a view that every step changes; copy it to keep values. Read-only, see set_x."""
+        """Positions of the vertices of `mesh`, m (nvert x 3): a view that every step changes; copy it to keep values.
+        Read-only, see set_x."""
         if self._handle is None:
             raise Closed("this Tissue is closed")
         return self._x
@@ -312,7 +313,7 @@ class Tissue(Owner):
         return out
 
     def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
-        """A measure of every element (ntet): "von_mises" (Pa), "principal_stretch", "strain", "volume_ratio",
+        """A measure of every element of `mesh` (ntet): "von_mises" (Pa), "principal_stretch", "strain", "volume_ratio",
         "energy_density" (J/m^3)."""
         out = np.zeros(len(self._mesh.tet))
         number = find_enum(c.OmTissueMeasure, kind)

@@ -43,6 +43,8 @@ def calls(thing):
                  "snapshot": b"", "plan": None, "goal": (0, 0, 0), "speed": 0.1, "angle": 0.5, "dt": 0.02, "acquisitions": [], "i": 0,
                  "surface": om.Surface(np.eye(3), [[0, 1, 2]]), "u": np.zeros((3, 3)), "seen": np.zeros(3), "key": "seed", "is_shown": True,
                  "env": 0, "seed": 1, "action": [[0]]}
+    if isinstance(thing, om.Tissue):
+        plausible["x"] = np.zeros(thing.mesh.x.shape)
     if isinstance(thing, om.SenseScene):
         plausible["x"] = np.zeros((42, 3))  # of the boundary
     for name in sorted(n for n in dir(type(thing)) if not n.startswith("_") and n not in FINE):

@@ -10,7 +10,7 @@ import omentum as om
 
 def test_samples_of_banet_and_what_the_network_says(is_slow):
     """Samples of a seed that no training has. The thesis has a mean Dice coefficient of 0.82 on such samples."""
-    index, seed = (3, 909) if is_slow else (4, 910)
+    index, seed = (3, 909) if is_slow else (2, 910)
     sample = om.make_banet_sample(index, seed, way="exact")
     same = om.make_banet_sample(index, seed, way="exact")
     assert np.array_equal(sample.u, same.u) and sample.attached.any()

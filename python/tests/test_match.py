@@ -1,5 +1,5 @@
 """Scans and updates of the twin: against simulated truth, and physics against the network's answers."""
-# PARTS 2
+# PARTS 3
 import ctypes
 
 import numpy as np
@@ -11,11 +11,14 @@ LIFT = 0.03  # m
 
 
 @pytest.fixture(scope="module")
-def lifted():
-    """A sheet held along one side, of which the twin knows nothing; a corner is lifted, and the camera looks."""
+def lifted(is_slow):
+    """A sheet held along one side, of which the twin knows nothing; a corner is lifted, and the camera looks. In the quick run its elements
+    are linear."""
     scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
     scene.seed = 203
     scene.tissue.cells, scene.tissue.world_cells = (12, 12, 1), (18, 18, 1)
+    if not is_slow:
+        scene.tissue.element = "linear"
     scene.attach.kind = int(om.capi.OmAttachKind.BOX)
     scene.attach.lo, scene.attach.hi = (0.0, -0.07, -0.01), (0.07, 0.07, 0.01)
     scene.roi.is_random = False
@@ -53,7 +56,9 @@ def test_the_attachments_are_found_from_a_depth_picture(lifted, alive):
     observation = world.observe(om.DEPTH | om.COLOR)
     scan = om.Scan.from_observation(observation, twin.site, world)
     assert len(scan.x) > 50 and len(scan.tri) > 50 and scan.x[:, 2].max() > 0.5 * LIFT
-    assert np.linalg.norm(scan.normal, axis=1) == pytest.approx(np.ones(len(scan.x)))
+    length, used = np.linalg.norm(scan.normal, axis=1), np.isin(np.arange(len(scan.x)), scan.tri)
+    assert length[used] == pytest.approx(np.ones(used.sum())) and used.mean() > 0.95
+    assert all(n == pytest.approx(1) or n == 0 for n in length[~used])  # on a narrow strip a normal is not known
     assert set(np.unique(scan.pixel)) <= {0, 1, 2, 3}
     assert not twin.attached.any()
     matcher = om.Matcher(scene, twin.site)

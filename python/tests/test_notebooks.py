@@ -29,12 +29,17 @@ def test_there_are_three_and_each_shows_pictures(tmp_path):
             assert om.load_png(tmp_path / f"{i}.png").std() > 10  # it shows something
 
 
+LINEAR = 'tissue.element = "linear"'
 COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the numbers are others
-    "1_ct_to_tetrahedra": [("edge=0.0035,", "edge=0.0045,"), ("width=540, height=300", "width=270, height=150"),
+    "1_ct_to_tetrahedra": [("edge=0.0035,", "edge=0.0055, has_bending_test=False,"), ("width=540, height=300", "width=180, height=100"),
+                           ("refine=False)", "refine=False, has_bending_test=False)"),
                            ("[0.0025, 0.003, 0.0035, 0.004, 0.005, 0.006, 0.007]", "[0.0086, 0.0087, 0.0088, 0.0089, 0.009, 0.0091, 0.0092]")],
-    "2_lift_with_forces": [("edge=0.004,", "edge=0.006,"), ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
-                           ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *")],
-    "3_attachments_from_depth": [],
+    "2_lift_with_forces": [("edge=0.004,", "edge=0.0072, has_bending_test=False,"),
+                           ("fat = om.Body(patient)", f"settings = om.Scene()\nsettings.{LINEAR}\nfat = om.Body(patient, scene=settings)"),
+                           ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
+                           ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *"),
+                           ('law="stable-neo-hookean",', 'law="stable-neo-hookean", element="linear",')],
+    "3_attachments_from_depth": [("scene.seed = 203", f"scene.seed = 203\nscene.{LINEAR}")],
 }
 
 

@@ -120,7 +120,7 @@ def test_a_recording_appears_whole_or_not_at_all(box, tmp_path, alive):
 
 def test_a_recording_of_quadratic_elements(box, tmp_path, alive):
     h5py = pytest.importorskip("h5py")
-    tissue = om.Tissue(box, element="quadratic")
+    tissue = om.Tissue(box)
     ends = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]  # of the nodes on edges, in VTK's order
     with om.Recorder(tmp_path / "ten.vtkhdf", tissue, cell={"von_mises": 1}) as recorder:
         recorder.add(0, tissue.x, von_mises=np.arange(8.0 * len(box.tet)))
@@ -165,7 +165,7 @@ def test_a_recording_is_read_as_numpy(box, tmp_path):
     assert recording.times == pytest.approx([0.02, 0.04, 0.06])
     assert recording.x(2) == pytest.approx(tissue.x) and recording.array("von_mises", -1).ravel() == pytest.approx(tissue.measure())
     assert recording.array("force", 2) == pytest.approx(tissue.internal_force())
-    assert np.array_equal(np.array(recording.cells), box.tet)
+    assert np.array_equal(np.array(recording.cells), tissue.mesh.tet)
     assert [time for time, _ in recording] == recording.times.tolist()
     with pytest.raises(KeyError, match="von_mises"):
         recording.array("stress", 0)

@@ -29,6 +29,7 @@ def test_a_stretched_bar_has_the_stress_of_hooke():
     """A bar of Young's modulus E, stretched by 0.1 % without weight: the force is E A strain."""
     mesh = om.TetMesh.box((0.1, 0.01, 0.01), (20, 2, 2))
     tissue = om.Tissue(mesh, young=1e4, poisson=0.0, gravity=(0, 0, 0))
+    mesh = tissue.mesh  # with midpoints
     ends = np.flatnonzero((mesh.x[:, 0] < 1e-9) | (mesh.x[:, 0] > 0.1 - 1e-9))
     anchor = mesh.x[ends] + np.outer(mesh.x[ends, 0] > 0.05, [1e-4, 0, 0])
     tissue.set_attachment(ends, anchor)
@@ -43,6 +44,7 @@ def test_von_mises_of_a_pulled_bar():
     """One axis under tension: von Mises' stress is the stress, and the stretch is that of the ends."""
     mesh = om.TetMesh.box((0.1, 0.01, 0.01), (20, 2, 2))
     tissue = om.Tissue(mesh, young=1e4, poisson=0.0, law="st-venant-kirchhoff", gravity=(0, 0, 0))
+    mesh = tissue.mesh
     ends = (mesh.x[:, 0] < 1e-9) | (mesh.x[:, 0] > 0.1 - 1e-9)
     l = 1.2
     tissue.set_attachment(ends, (mesh.x * [l, 1, 1])[ends])
@@ -63,7 +65,7 @@ def test_a_lift_balances(box):
     assert tissue.grasp(tip, radius=0.011) == tissue.held_by.tolist().count(0) > 3
     tissue.move(tip + [0, 0, 0.003])
     tissue.find_rest(1e-6)
-    assert tissue.x[tissue.held_by == 0] == pytest.approx(box.x[tissue.held_by == 0] + [0, 0, 0.003], abs=1e-9)
+    assert tissue.x[tissue.held_by == 0] == pytest.approx(tissue.mesh.x[tissue.held_by == 0] + [0, 0, 0.003], abs=1e-9)
     forces = tissue.forces()
     assert forces.grasp[0][2] > 0.01
     assert forces.grasp[0] + forces.attachment + forces.weight == pytest.approx(np.zeros(3), abs=2e-5)
@@ -78,7 +80,7 @@ def test_a_step_takes_its_time_and_x_shows_it(box):
     report = tissue.step(0.01)
     assert tissue.time == pytest.approx(0.01) and report.status == 0 and report.substeps >= 1
     assert x is tissue.x and not np.array_equal(x, before)  # the same view shows the new positions
-    assert tissue.attached.sum() == 9 and np.array_equal(x[tissue.attached], before[tissue.attached])
+    assert tissue.attached.sum() == 25 and np.array_equal(x[tissue.attached], before[tissue.attached])
 
 
 def test_external_forces_are_written_through_the_view(box):
@@ -93,8 +95,33 @@ def test_views_of_constant_data_are_read_only(box):
     tissue = om.Tissue(box)
     with pytest.raises(ValueError, match="read-only"):
         tissue.x[0] = 0
-    tissue.set_x(box.x + 0.001)
-    assert tissue.x == pytest.approx(box.x + 0.001)
+    tissue.set_x(tissue.mesh.x + 0.001)
+    assert tissue.x == pytest.approx(tissue.mesh.x + 0.001)
+
+
+def test_elements_are_quadratic_unless_told(box):
+    """The mesh has a midpoint for each edge, behind the vertices of the given one, and eight tetrahedra for each."""
+    tissue, linear = om.Tissue(box), om.Tissue(box, element="linear")
+    edges = np.unique(np.sort(box.tet[:, [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]].reshape(-1, 2)), axis=0)
+    assert len(tissue.x) == len(tissue.mesh.x) == len(box.x) + len(edges) and len(tissue.mesh.tet) == 8 * len(box.tet)
+    assert np.array_equal(tissue.mesh.x[:len(box.x)], box.x) and np.array_equal(np.flatnonzero(tissue.attached), tissue.mesh.sets["attachment"])
+    assert sorted(map(tuple, tissue.mesh.x[len(box.x):])) == pytest.approx(np.array(sorted(map(tuple, box.x[edges].mean(axis=1)))), abs=1e-12)
+    assert linear.mesh is box and linear.x.shape == box.x.shape and linear.measure().shape == (len(box.tet),)
+    assert om.Tissue(box, "xpbd").x.shape == box.x.shape  # particles have no elements of ten nodes
+    with pytest.raises(ValueError, match="225 x 3"):
+        tissue.set_x(box.x)
+
+
+def test_a_beam_of_one_layer_bends_as_euler_and_bernoulli_say():
+    """Deflection q L^4 / 8 E I of the free end under its weight; linear elements are far too stiff."""
+    mesh = om.TetMesh.box((0.1, 0.01, 0.01), (8, 1, 1))
+    mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 0] < 1e-9)
+    q, inertia = 1000 * 9.81 * 1e-4, 0.01**4 / 12
+    expected = q * 0.1**4 / (8 * 1e7 * inertia)
+    for element, low, high in (("quadratic", 0.95, 1.03), ("linear", 0.0, 0.5)):
+        tissue = om.Tissue(mesh, young=1e7, poisson=0.3, element=element)
+        tissue.find_rest(1e-6)
+        assert low < -(tissue.x - tissue.mesh.x)[:, 2].min() / expected < high
 
 
 def test_materials_by_label():
@@ -157,7 +184,7 @@ def test_springs_replace_attachments(box):
     vert = box.sets["attachment"]
     tissue.set_attachment(vert, stiffness=5.0)
     tissue.find_rest()
-    sag = (tissue.x - box.x)[vert, 2].sum()
+    sag = (tissue.x - tissue.mesh.x)[vert, 2].sum()
     assert 5.0 * -sag == pytest.approx(-tissue.forces().weight[2], rel=1e-3)
 
 
@@ -165,7 +192,7 @@ def test_embedded_points_follow_affine_motion(box):
     tissue = om.Tissue(box)
     points = np.array([[0.01, 0.004, 0.013], [0.033, 0.015, 0.002]])
     turn = np.array([[1.1, 0.2, 0], [0, 0.9, 0.1], [0.05, 0, 1]])
-    assert tissue.embed(points).eval(box.x @ turn.T) == pytest.approx(points @ turn.T, abs=1e-9)
+    assert tissue.embed(points).eval(tissue.mesh.x @ turn.T) == pytest.approx(points @ turn.T, abs=1e-9)
 
 
 # ---- life time ----

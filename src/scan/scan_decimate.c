@@ -185,7 +185,8 @@ static void connect(const Cells* c, const OmScanDef* def, OmVec3 eye, int max_tr
         }
 }
 
-// Points whose neighbourhood is too small for a plane take the mean of their triangles.
+// Points whose neighbourhood is too small for a plane take the mean of their triangles; without any, on a narrow strip,
+// their normal stays zero.
 static void complete_normals(OmScan* scan) {
     for (int t = 0; t < scan->ntri; ++t) {
         const int* v = scan->tri_vert + 3 * (size_t)t;

@@ -282,6 +282,32 @@ static void test_grazing(void** state) {
     om_scan_done(&scan);
 }
 
+// A steep strip of two pixels, 28 mm^2 in the picture, away from the plane: it has points, but what lies on a line has
+// neither a plane nor triangles.
+static void test_strip(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    for (int row = 0; row < HEIGHT; ++row)
+        for (int column = 0; column < 10; ++column) paint(&m, column, row, 0.2F, green);
+    for (int row = 8; row < 22; ++row)
+        for (int column = 4; column < 6; ++column)
+            paint(&m, column, row, 0.2F + 0.003F * (float)(row - 7), orange);
+    m.space.reach = 0.2;
+    OmScanDef def = made_def();
+    OmScan scan = scan_of(&m, &def);
+    int nstrip = 0;
+    for (int i = 0; i < scan.npoint; ++i) {
+        OmVec3 p = om_load3(scan.x, i);
+        bool is_strip = p.z < -1e-4;
+        nstrip += is_strip;
+        assert_near(om_norm(om_load3(scan.normal, i)), is_strip ? 0 : 1, is_strip ? 0 : 1e-12);
+        for (int k = 0; k < 3 * scan.ntri; ++k) assert_true(!is_strip || scan.tri_vert[k] != i);
+    }
+    assert_int_equal(nstrip, 7);  // rows are 3.2 mm apart: a point of every second one
+    om_scan_done(&scan);
+}
+
 // A vertical tool whose tip touches the plane. Beside it, where its margin is, colours decide; inside it, and without
 // colours, they do not.
 static void test_beside_a_tool(void** state) {
@@ -375,6 +401,7 @@ int main(void) {
         cmocka_unit_test(test_highlights),
         cmocka_unit_test(test_steps_and_specks),
         cmocka_unit_test(test_grazing),
+        cmocka_unit_test(test_strip),
         cmocka_unit_test(test_beside_a_tool),
         cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_no_memory),
