@@ -3,8 +3,8 @@
 /// Every pixel is classified by colour and by space: tissue, tool, or anything else. Neighbouring pixels of tissue are
 /// connected where the surface is continuous. Points about one spacing apart are then chosen on this surface, so that
 /// their density is that of the model's surface also where the surface is oblique. Each point is a mean of pixels near
-/// it, with a normal from a plane through them, or from its triangles where they lie on a line. Triangles connect points
-/// whose neighbourhoods touch. On a narrow strip of tissue, without triangles, the normal is zero: not known.
+/// it, with a normal from a plane through them, or from its triangles where they lie on a line. Triangles connect
+/// points whose neighbourhoods touch. On a narrow strip of tissue, without triangles, the normal is zero: not known.
 ///
 ///     OmScanDef def = om_scan_default_def(0.004);
 ///     OmScanField field = {.hi = ..., .clearance = 0.002, .tool_margin = 0.002};

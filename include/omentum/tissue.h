@@ -16,8 +16,8 @@
 ///     om_tissue_step(model, state, work, 0.02, &report);
 ///     om_tissue_get_forces(model, state, &forces);
 ///
-/// Counts of arrays (nvert, ntet) are those of om_tissue_mesh(model), not of the caller's mesh: by default finite elements
-/// have midpoints behind its vertices, and eight tetrahedra for each of its own.
+/// Counts of arrays (nvert, ntet) are those of om_tissue_mesh(model), not of the caller's mesh: by default finite
+/// elements have midpoints behind its vertices, and eight tetrahedra for each of its own.
 #ifndef OMENTUM_TISSUE_H
 #define OMENTUM_TISSUE_H
 
