@@ -1,48 +1,6 @@
 // test_fem_sheet.c: a sheet of 120 x 120 x 8 mm of quadratic elements on a board, one half held: a patch is lifted, a
 // corner is folded and released. One layer of 10 mm cells against two layers of 5 mm.
-#include "test_element.h"
-
-#define SIDE 0.12
-#define THICK 0.008
-#define STEP 0.02  // s
-
-// Distance and direction of the fold, the diagonal through the sheet's middle; u > 0 is the corner that moves.
-#define FOLD_U(p) ((SIDE - (p).x - (p).y) * sqrt(0.5))
-static const OmVec3 fold_along = {-0.70710678118654752, 0.70710678118654752, 0};
-
-static const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
-
-// The held half as an obstacle for the other: the corner of space u <= 0, z <= THICK.
-static double held_half(const void* ctx, OmVec3 p, OmVec3* normal) {
-    (void)ctx;
-    double u = FOLD_U(p), z = p.z - THICK;
-    OmVec3 out = om_vec3(-sqrt(0.5), -sqrt(0.5), 0), up = om_vec3(0, 0, 1);
-    if (u > 0 && z > 0) {
-        double d = hypot(u, z);
-        *normal = om_scale(1 / d, om_add(om_scale(u, out), om_scale(z, up)));
-        return d;
-    }
-    *normal = u > z ? out : up;
-    return fmax(u, z);
-}
-
-// A sheet of n x n cells on the board; the caller attaches it.
-static void sheet_start(TestRig* r, int n, int layers, OmLaw law, bool is_folded) {
-    rig_box(r, om_vec3(0, 0, 0), om_vec3(SIDE, SIDE, THICK), n, n, layers);
-    r->def.material_default =
-        (OmMaterial){.young = is_folded ? 10000 : 20000, .poisson = 0.43, .law = law};
-    r->def.rayleigh_mass = 4;
-    r->def.solver.tolerance = 1e-3;
-    r->def.element = OM_ELEMENT_QUADRATIC;
-    // without friction a fold unrolls on a level board: 45 degrees down, towards the held half
-    double tilt = is_folded ? OM_PI / 4 : 0, along = 9.81 * sin(tilt) * sqrt(0.5);
-    r->def.gravity = om_vec3(along, along, -9.81 * cos(tilt));
-    rig_start(r);
-    OmTissueObstacle obstacle[2] = {om_plane_obstacle(&board), om_field_obstacle(held_half, NULL)};
-    OmContactDef def = rig_on(obstacle);
-    def.nobstacle = is_folded ? 2 : 1;
-    rig_contact(r, &def);
-}
+#include "test_sheet.h"
 
 // ---- a patch is lifted --------------------------------------------------------------------------------
 
@@ -50,7 +8,7 @@ static void sheet_start(TestRig* r, int n, int layers, OmLaw law, bool is_folded
 static void lift_from_board(int n, int layers, int nhigh, double force[2]) {
     const int nmove = 30, nrest = nhigh == 2 ? 100 : 30;
     TestRig r;
-    sheet_start(&r, n, layers, OM_STABLE_NEO_HOOKEAN, false);
+    sheet_start(&r, &quadratic_element, n, layers, OM_STABLE_NEO_HOOKEAN, false);
     size_t nvert = (size_t)element_nodes(&r)->nvert;
     unsigned char* is_patch = om_alloc(nvert, 1);
     double* f = om_alloc(3 * nvert, sizeof *f);
@@ -98,24 +56,14 @@ static void test_lift_from_board(void** context) {
 
 // ---- a corner is folded --------------------------------------------------------------------------------
 
-#define FLAP (SIDE * 0.70710678118654752)  // m, of the corner from the fold
-
 static void fold_start(TestRig* r, int n, int layers, OmLaw law) {
-    sheet_start(r, n, layers, law, true);
+    sheet_start(r, &quadratic_element, n, layers, law, true);
     const OmTetMesh* mesh = element_nodes(r);
     int num = 0, *vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
     for (int i = 0; i < mesh->nvert; ++i)
         if (FOLD_U(om_load3(mesh->x, i)) < 1e-9) vert[num++] = i;
     assert_ok(om_tissue_set_attachment(r->m, r->s, num, vert, NULL, NULL));
     om_free(vert);
-}
-
-// The tool at the corner, after a turn about the fold at the upper side of the sheet.
-static OmPose fold_pose(double angle) {
-    OmQuat turn = om_quat_axis_angle(fold_along, angle);
-    OmVec3 hinge = om_vec3(SIDE / 2, SIDE / 2, THICK);
-    OmVec3 arm = om_sub(om_vec3(0, 0, THICK / 2), hinge);
-    return (OmPose){om_add(hinge, om_quat_rotate(turn, arm)), turn};
 }
 
 typedef struct Fold {

@@ -50,8 +50,7 @@ static void run(Crowd* c, int nbody, int nworker, bool is_shared, uint64_t* hash
         assert_ok(om_tissue_work_create(b->m, &b->w));
         assert_ok(om_contact_work_create(b->c, &b->cw));
         OmVec3 way = om_vec3(0.3 * cos(k), 0.3 * sin(k), -0.2 - 1e-3 * k);
-        for (int i = 0; i < om_tissue_mesh(b->m)->nvert; ++i)
-            om_store3(om_tissue_v(b->s), i, way);
+        for (int i = 0; i < om_tissue_mesh(b->m)->nvert; ++i) om_store3(om_tissue_v(b->s), i, way);
         c->worst[k] = OM_OK;
     }
     om_worker_force(true);  // as many threads, whatever the machine has
