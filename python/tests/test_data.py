@@ -94,7 +94,7 @@ def test_an_acquisition_is_written_and_read(tmp_path):
 def test_the_gil_is_free_in_a_step(is_slow):
     """While a thread computes in C, this one runs Python."""
     import threading
-    mesh = om.TetMesh.box((0.1, 0.1, 0.1), [16 if is_slow else 11] * 3)
+    mesh = om.TetMesh.box((0.1, 0.1, 0.1), [16 if is_slow else 5] * 3)
     mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 2] < 1e-9)
     tissue = om.Tissue(mesh, solver={"nworker": 1})
     thread = threading.Thread(target=lambda: tissue.find_rest(1e-6, strict=False))
