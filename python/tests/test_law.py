@@ -142,7 +142,8 @@ def test_wrong_laws_are_named():
 
 @pytest.mark.parametrize("law, name", TWINS)
 def test_forces_and_stress_are_those_of_the_library(law, name, box):
-    mine, theirs = om.Tissue(box, law(), young=3000, poisson=0.4), om.Tissue(box, law=name, young=3000, poisson=0.4)
+    mine, theirs = (om.Tissue(box, law(), young=3000, poisson=0.4),
+                    om.Tissue(box, law=name, element="linear", young=3000, poisson=0.4))
     x = box.x + 1e-3 * np.random.default_rng(1).normal(size=box.x.shape)
     for tissue in (mine, theirs):
         tissue.set_x(x)
@@ -156,7 +157,7 @@ def test_forces_and_stress_are_those_of_the_library(law, name, box):
 @pytest.mark.parametrize("law, name", TWINS)
 def test_rest_and_lift_are_those_of_the_library(law, name, box, alive):
     tissues = [om.Tissue(box, law(), young=9000, poisson=0.4, rayleigh_stiffness=0.01),
-               om.Tissue(box, law=name, young=9000, poisson=0.4, rayleigh_stiffness=0.01)]
+               om.Tissue(box, law=name, element="linear", young=9000, poisson=0.4, rayleigh_stiffness=0.01)]
     for tissue in tissues:
         tissue.find_rest(1e-6)
     tip = tissues[1].x[-1].copy()
@@ -179,7 +180,7 @@ def test_rest_and_lift_are_those_of_the_library(law, name, box, alive):
 def test_a_press_on_a_law_in_python(box):
     forces = []
     for engine, law in ((Stable(), None), ("fem", "stable-neo-hookean")):
-        tissue = om.Tissue(box, engine, young=3000, gravity=(0, 0, 0), **({"law": law} if law else {}))
+        tissue = om.Tissue(box, engine, young=3000, gravity=(0, 0, 0), **({"law": law, "element": "linear"} if law else {}))
         tissue.set_attachment(np.flatnonzero(box.x[:, 2] < 1e-9))
         press = om.Press(tissue, om.Probe("sphere", radius=0.01), ntri=800)
         press.place((0.02, 0.01, 0.0305))
