@@ -74,6 +74,7 @@
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_points.h"
+#include "omentum/shape_repair.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/shape_tet10.h"
 #include "omentum/solve.h"

@@ -42,6 +42,8 @@ enum {                        // flags of loading
     OM_MESH_KEEP_UNUSED = 2,  // keep vertices that no element uses
     OM_MESH_DROP_FLAT = 4,    // drop tetrahedra of zero volume instead of refusing them
     OM_MESH_STRAIGHTEN = 8,   // leave out the nodes on curved edges instead of refusing them
+    // of surfaces: keep triangles that name a vertex twice, for om_surface_repair, which counts and drops them
+    OM_MESH_KEEP_DEGENERATE = 16,
 };
 
 // ---- loading ----------------------------------------------------------------------------------------
@@ -77,6 +79,18 @@ OM_API OmStatus om_surface_load_flags(const char* path, double unit, unsigned fl
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned flags,
                                        OmTetMesh* mesh, OmMeshFrame* stated);
+typedef struct OmMeshReading {  // what om_tet_mesh_load_reading changed
+    OmMeshFrame stated;         // what the file says
+    int nturned;                // tetrahedra turned around (OM_MESH_FLIP)
+    int first_turned;           // number of the first of them in the file, from 1; 0: none
+    int nflat;                  // tetrahedra dropped (OM_MESH_DROP_FLAT)
+    int nmid;         // nodes on edges that are left out; a node of two tetrahedra counts twice
+    double mid_most;  // the most that one of them is away from the middle of its edge, m
+} OmMeshReading;
+/// As om_tet_mesh_load_frame, with an account of what was changed.
+/// @return as om_tet_mesh_load_frame
+OM_API OmStatus om_tet_mesh_load_reading(const char* path, OmMeshFrame given, unsigned flags,
+                                         OmTetMesh* mesh, OmMeshReading* reading);
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load_frame(const char* path, OmMeshFrame given, unsigned flags,
                                       OmSurface* surface, OmMeshFrame* stated);

@@ -101,8 +101,8 @@ OM_API double om_half_ellipsoid_eval(OmVec3 half, OmVec3 p);
 /// Half-axes of the breast phantom: base 150 x 120 mm, height 72 mm, 0.68 litres. The thesis scans a CIRS 073 and
 /// prints no dimension of it; the outline is ours.
 #define OM_PHANTOM_HALF ((OmVec3){0.075, 0.060, 0.072})
-/// Distance field of a closed surface. A node is inside if signed crossings along at least two of the three axes say
-/// so; this tolerates small gaps.
+/// Distance field of the solid of a closed surface: all points with a winding number above 0. Parts that overlap are
+/// their union. Gaps are tolerated: there the generalised winding number decides, inside is above one half.
 /// @return OM_OK; OM_INVALID (a surface that is not closed, or the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf);
 /// Distance at p, m, trilinear. Outside the grid: the value at the nearest point of the grid plus the distance to it.

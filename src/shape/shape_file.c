@@ -54,21 +54,31 @@ OmMeshFrame om__place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stat
     return frame;
 }
 
-OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned flags,
-                                OmTetMesh* mesh, OmMeshFrame* stated) {
+OmStatus om_tet_mesh_load_reading(const char* path, OmMeshFrame given, unsigned flags,
+                                  OmTetMesh* mesh, OmMeshReading* reading) {
     OmFileMesh m;
     memset(mesh, 0, sizeof *mesh);
+    memset(reading, 0, sizeof *reading);
     OmStatus status = om__parse_file(path, OM_FILE_TETS, &m);
     if (status == OM_OK) {
-        OmMeshFrame frame = om__place_points(&m, given, stated);
+        OmMeshFrame frame = om__place_points(&m, given, &reading->stated);
         status = om__finish_tet_mesh(&m, frame.unit, flags, mesh);
-        if (status == OM_OK && m.nmid > 0)
-            om_log(OM_LOG_INFO, "%s: the vertices of tetrahedra of ten nodes are read, %s", path,
-                   flags & OM_MESH_STRAIGHTEN ? "the nodes on their edges are left out"
-                                              : "the nodes on their edges are the midpoints");
+        if (status == OM_OK) om__count_changes(&m, frame.unit, flags, reading);
         om__file_mesh_done(&m);
     }
     return status < 0 && status != OM_IO ? om_error_prefix(status, "%s", path) : status;
+}
+
+OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned flags,
+                                OmTetMesh* mesh, OmMeshFrame* stated) {
+    OmMeshReading reading;
+    OmStatus status = om_tet_mesh_load_reading(path, given, flags, mesh, &reading);
+    if (stated) *stated = reading.stated;
+    if (status == OM_OK && reading.nmid > 0)
+        om_log(OM_LOG_INFO, "%s: the vertices of tetrahedra of ten nodes are read, %s", path,
+               flags & OM_MESH_STRAIGHTEN ? "the nodes on their edges are left out"
+                                          : "the nodes on their edges are the midpoints");
+    return status;
 }
 
 OmStatus om__check_unit(const char* path, double unit) {

@@ -89,6 +89,8 @@ static double orientation(const double* x, const int* v) {
     return om_dot(om_cross(om_scale(s, a), om_scale(s, b)), om_scale(s, c));
 }
 
+#define FLAT 1e-13  // rounding of the products of unit edges is 1e-16
+
 static void swap(int* a, int* b) {
     int t = *a;
     *a = *b;
@@ -105,7 +107,7 @@ static OmStatus orient(const OmFileMesh* m, unsigned flags, int nnode, int* tet,
         memcpy(v, m->tet + 4 * (size_t)e, 4 * sizeof *v);
         if (nnode == 10) memcpy(v + 4, m->mid + 6 * (size_t)e, 6 * sizeof *v);
         double det = orientation(m->x, v);
-        bool is_flat = fabs(det) <= 1e-13;  // rounding of the products of unit edges is 1e-16
+        bool is_flat = fabs(det) <= FLAT;
         if (is_flat && flags & OM_MESH_DROP_FLAT) continue;
         OM_CHECK(!is_flat, OM_INVALID, "tetrahedron %d is flat: its volume is zero", e + 1);
         if (det < 0) {
@@ -182,6 +184,24 @@ done:
     om_free(map);
     if (status < 0) om_tet_mesh_done(mesh);
     return status;
+}
+
+void om__count_changes(const OmFileMesh* m, double unit, unsigned flags, OmMeshReading* reading) {
+    for (int e = 0; e < m->ntet; e++) {
+        const double det = orientation(m->x, m->tet + 4 * (size_t)e);
+        const bool is_flat = fabs(det) <= FLAT;
+        reading->nflat += is_flat && flags & OM_MESH_DROP_FLAT;
+        if (is_flat || !(det < 0)) continue;
+        if (reading->nturned++ == 0) reading->first_turned = e + 1;
+    }
+    for (int i = 0; i < 6 * m->nmid; i++) {
+        if (m->mid[i] < 0) continue;
+        const int* tet = m->tet + 4 * (size_t)(i / 6);
+        OmVec3 p = om_load3(m->x, tet[edge[i % 6][0]]), q = om_load3(m->x, tet[edge[i % 6][1]]);
+        double off = om_distance(om_load3(m->x, m->mid[i]), om_lerp(p, q, 0.5));
+        reading->nmid++;
+        reading->mid_most = fmax(reading->mid_most, unit * off);
+    }
 }
 
 OmStatus om__finish_tet10_mesh(const OmFileMesh* m, double unit, unsigned flags,
@@ -279,7 +299,8 @@ OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, Om
     // triangles with a repeated vertex have no area, and removing them disconnects nothing
     for (int t = 0; t < m->ntri; t++) {
         const int* v = tri + 3 * (size_t)t;
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+        const bool is_degenerate = v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
+        if (is_degenerate && !(flags & OM_MESH_KEEP_DEGENERATE)) continue;
         memmove(tri + 3 * (size_t)ntri++, v, 3 * sizeof(int));
     }
     OM_CHECK_DONE(ntri > 0, OM_INVALID, "all %d triangles of the file are degenerate", m->ntri);

@@ -151,6 +151,8 @@ OmStatus om__parse_file(const char* path, OmFileKind kind, OmFileMesh* m);
 OmMeshFrame om__place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated);
 // Parse a file, or memory (for the fuzz targets), and build the mesh.
 OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh);
+// What om__finish_tet_mesh, which must have succeeded, changed.
+void om__count_changes(const OmFileMesh* m, double unit, unsigned flags, OmMeshReading* reading);
 OmStatus om__finish_tet10_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTet10Mesh* mesh);
 // Nodes, labels and sets of the mesh as those of linear tetrahedra, without tet_vert; borrowed.
 OmTetMesh om__tet10_view(const OmTet10Mesh* mesh);

@@ -36,4 +36,11 @@ OmStatus om__sdf_redistance(OmSdf* sdf, double volume);
 OmStatus om__sdf_unsigned(const OmSurface* surface, double exact, OmSdf* sdf);
 OmStatus om__sdf_check_def(const OmSdfDef* def);
 
+// rep[i]: the first point within `tolerance` > 0 of point i that represents others; i itself if there is none, or if
+// use[i] is 0 (a null `use`: all are used). O(n): points that represent others are farther apart than the tolerance.
+OmStatus om__points_cluster(const double* x, int n, const unsigned char* use, double tolerance,
+                            int* rep);
+// Merge vertices within `tolerance` and drop vertices that no triangle uses; triangles stay, also those without area.
+OmStatus om__surface_merge(OmSurface* surface, double tolerance);
+
 #endif

@@ -4,7 +4,8 @@
 // points from node to node (Danielsson 1980), because the closest point of a node is that of a neighbour or
 // near it. Then each node computes its distance to the triangles around its closest point. Signs come from
 // the function that was sampled. For a triangle surface they come from the crossings of the rays along the
-// three axes, counted with their direction, and a majority vote.
+// three axes, counted with their direction; where the axes disagree, from the generalised winding number. Triangles
+// with the solid, or nothing, on both sides are left out of the distance.
 //
 // Tried and rejected: the fast sweeping method (first order: 0.3 h at the second layer of nodes); sweeps alone
 // (closest points off by a cell's diagonal: h^2 / (2 d) too long at distance d, gradients off by a fifth).
@@ -13,6 +14,7 @@
 #include <string.h>
 
 #include "omentum/shape_closest.h"
+#include "shape/shape_winding.h"
 
 // ---- grids --------------------------------------------------------------------------------------------
 
@@ -360,15 +362,6 @@ OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi, con
 
 // ---- from surfaces --------------------------------------------------------------------------------------------
 
-// Twice the signed area of (a, b, p) in a plane. If a and b are exchanged only the sign changes, bit by
-// bit, and it is never zero: a ray through a shared edge crosses exactly one of its triangles.
-static double edge_side(const double* x, int a, int b, int u, int w, double pu, double pw) {
-    if (a > b) return -edge_side(x, b, a, u, w, pu, pw);
-    const double *xa = &x[3 * (size_t)a], *xb = &x[3 * (size_t)b];
-    double s = (xb[u] - xa[u]) * (pw - xa[w]) - (xb[w] - xa[w]) * (pu - xa[u]);
-    return s != 0 ? s : 1e-300;
-}
-
 // For each crossing of a triangle by a grid line along `axis`, add +-1 to `crossing` at the first node behind it.
 static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, signed char* crossing) {
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
@@ -391,9 +384,9 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
         for (int iw = w0; iw <= w1; iw++) {
             for (int iu = u0; iu <= u1; iu++) {
                 double pu = o[u] + h * iu, pw = o[w] + h * iw;
-                double e0 = edge_side(s->x, v[1], v[2], u, w, pu, pw);
-                double e1 = edge_side(s->x, v[2], v[0], u, w, pu, pw);
-                double e2 = edge_side(s->x, v[0], v[1], u, w, pu, pw);
+                double e0 = om__edge_side(s->x, v[1], v[2], u, w, pu, pw);
+                double e1 = om__edge_side(s->x, v[2], v[0], u, w, pu, pw);
+                double e2 = om__edge_side(s->x, v[0], v[1], u, w, pu, pw);
                 bool is_front = e0 > 0 && e1 > 0 && e2 > 0;
                 if (!is_front && !(e0 < 0 && e1 < 0 && e2 < 0)) continue;
                 double sum = e0 + e1 + e2;  // not zero: all have one sign
@@ -408,11 +401,13 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
     }
 }
 
-// Sum the crossings along the axis to winding numbers; where they are positive, add a vote.
-static void cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsigned char* vote) {
+// Sum the crossings along the axis to winding numbers; where they are positive, add a vote; where they are above 1 or
+// below 0, mark the node as folded. Returns whether there is one.
+static bool cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsigned char* vote) {
     size_t stride[3];
     om_grid_stride(sdf->grid.dim, stride);
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+    bool is_folded = false;
     for (int iw = 0; iw < sdf->grid.dim[w]; iw++) {
         for (int iu = 0; iu < sdf->grid.dim[u]; iu++) {
             size_t n = (size_t)iu * stride[u] + (size_t)iw * stride[w];
@@ -420,10 +415,65 @@ static void cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsign
             for (int i = 0; i < sdf->grid.dim[axis]; i++, n += stride[axis]) {
                 winding += crossing[n];
                 if (winding > 0) vote[n]++;
+                if ((unsigned)winding > 1) {
+                    vote[n] |= OM__NODE_FOLDED;
+                    is_folded = true;
+                }
                 crossing[n] = 0;
             }
         }
     }
+    return is_folded;
+}
+
+typedef struct GapTask {
+    const OmSdf* sdf;
+    const OmWinding* winding;
+    unsigned char* vote;
+} GapTask;
+
+// Nodes this far from the surface have rays that agree, unless a ray passes through a gap. Nearer ones may lie on it.
+static bool is_doubtful(const OmSdf* sdf, const unsigned char* vote, size_t n) {
+    return (vote[n] & OM__NODE_VOTES) % 3 != 0 && (double)sdf->d[n] > 1e-3 * sdf->grid.spacing;
+}
+
+static void decide_slices(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const GapTask* task = ctx;
+    const OmGrid* g = &task->sdf->grid;
+    for (int k = begin; k < end; k++) {
+        size_t n = om_grid_index(g->dim, 0, 0, k);
+        for (int j = 0; j < g->dim[1]; j++)
+            for (int i = 0; i < g->dim[0]; i++, n++)
+                if (is_doubtful(task->sdf, task->vote, n))
+                    task->vote[n] = om__winding_at(task->winding, om_grid_point(g, i, j, k)) > 0.5
+                                        ? OM__NODE_VOTES
+                                        : 0;
+    }
+}
+
+// Where the rays disagree, the surface has gaps: the generalised winding number decides.
+static OmStatus decide_gaps(const OmSurface* s, const OmSdf* sdf, unsigned char* vote) {
+    const size_t nnode = om_grid_count(sdf->grid.dim);
+    size_t n = 0;
+    while (n < nnode && !is_doubtful(sdf, vote, n)) n++;
+    if (n == nnode) return OM_OK;
+    OmWinding winding;
+    OM_TRY(om__winding_init(s, NULL, 0, &winding));
+    GapTask task = {sdf, &winding, vote};
+    om_parallel_for(0, sdf->grid.dim[2], 1, decide_slices, &task);
+    om__winding_done(&winding);
+    return OM_OK;
+}
+
+// Distances to the parts of the surface that bound the solid: walls between overlapping parts are left out.
+static OmStatus measure_visible(const OmSurface* s, double exact, const unsigned char* vote,
+                                OmSdf* sdf) {
+    OmSurface visible;
+    OM_TRY(om__surface_visible(s, &sdf->grid, vote, &visible));
+    OmStatus status = om__sdf_unsigned(visible.ntri > 0 ? &visible : s, exact, sdf);
+    om_surface_done(&visible);
+    return status;
 }
 
 // The nodes of the caller, around the box of the surface.
@@ -461,7 +511,6 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
         hi = om_max3(hi, x);
     }
     OM_TRY_DONE(def->grid ? take_grid(def, lo, hi, sdf) : om__sdf_grid(def, lo, hi, sdf));
-    OM_TRY_DONE(om__sdf_unsigned(surface, def->exact, sdf));
 
     // a surface with normals that point inward is reversed
     OM_TRY_DONE(om_surface_init(&turned, surface->nvert, surface->ntri));
@@ -478,12 +527,18 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
     size_t nnode = om_grid_count(sdf->grid.dim), ninside = 0;
     OM_CALLOC_DONE(crossing, nnode);
     OM_CALLOC_DONE(vote, nnode);
+    bool is_folded = false;
     for (int axis = 0; axis < 3; axis++) {
         count_crossings(&turned, sdf, axis, crossing);
-        cast_votes(sdf, axis, crossing, vote);
+        is_folded |= cast_votes(sdf, axis, crossing, vote);
     }
+    if (is_folded)
+        OM_TRY_DONE(measure_visible(&turned, def->exact, vote, sdf));
+    else
+        OM_TRY_DONE(om__sdf_unsigned(&turned, def->exact, sdf));
+    OM_TRY_DONE(decide_gaps(&turned, sdf, vote));
     for (size_t n = 0; n < nnode; n++) {
-        if (vote[n] < 2) continue;
+        if (!(vote[n] & OM__NODE_INSIDE)) continue;
         sdf->d[n] = -sdf->d[n];
         ninside++;
     }
