@@ -16,6 +16,7 @@
 #include "omentum/image.h"
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
+#include "omentum/shape_repair.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -128,6 +129,9 @@ typedef struct OmModelDef {
     double edge;          // mean edge of the mesh, m
     double unit;          // m per unit of the file; default 0: as the file says, else a millimetre
     OmSpace space;        // of a mesh or surface file; default OM_SPACE_NONE: as it says, else RAS
+    OmRepairMode repair;  // of a mesh or surface file; default OM_REPAIR_MEND
+    // Leave vertices that coincide along faces of a volume mesh apart; default false: they are welded.
+    bool keep_cracks;
     bool remesh;  // remesh a volume mesh from its distance field; default false: use its elements
     // measure the error in bending (OmModelReport.bending_error), 0.5 to 1 s; default true
     bool has_bending_test;
@@ -166,7 +170,7 @@ typedef struct OmModelReport {
     int npart_mask, npart_kept;
     int ncapped;        // inside voxels on the border of the volume: the organ was cut there
     double seconds;     // wall clock of the whole build
-    char note[1024];    // assumptions, omissions, conversions: empty, or one sentence a line
+    char note[2048];    // assumptions, omissions, conversions: empty, or one sentence a line
     char warning[512];  // empty, or sentences
 } OmModelReport;
 

@@ -25,6 +25,11 @@ static const OmCliOption option[] = {
     {"--no-bending", NULL, NULL, "leave out the bending test of the mesh, 0.5 to 1 s"},
     {"--no-refine", NULL, NULL, "keep the edge length also where parts are thinner"},
     {"--remesh", NULL, NULL, "remesh a volume mesh instead of using its elements"},
+    {"--repair", NULL, NULL,
+     "mend a surface also where many triangles are damaged, and fill large holes"},
+    {"--strict", NULL, NULL, "refuse a surface or mesh with a defect instead of mending it"},
+    {"--keep-cracks", NULL, NULL,
+     "leave faces of a volume mesh apart whose vertices coincide, instead of welding them"},
     {"--unit", NULL, "mm|cm|m", "unit of the file's lengths", "the file's unit, else mm"},
     {"--space", NULL, "ras|lps",
      "space of the file's coordinates, instead of the space that it states", "RAS"},
@@ -325,6 +330,11 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     def->keep_all = om_cli_get(args, "--all-parts") != NULL;
     def->keep_holes = om_cli_get(args, "--keep-holes") != NULL;
     def->remesh = om_cli_get(args, "--remesh") != NULL;
+    OM_CHECK(!om_cli_get(args, "--repair") || !om_cli_get(args, "--strict"), OM_INVALID,
+             "--repair and --strict exclude each other");
+    if (om_cli_get(args, "--repair")) def->repair = OM_REPAIR_ALL;
+    if (om_cli_get(args, "--strict")) def->repair = OM_REPAIR_STRICT;
+    def->keep_cracks = om_cli_get(args, "--keep-cracks") != NULL;
     def->refine = om_cli_get(args, "--no-refine") == NULL;
     def->has_bending_test = om_cli_get(args, "--no-bending") == NULL;
     if (unit) {

@@ -437,28 +437,88 @@ static OmStatus mesh_field(const OmTetMesh* mesh, bool is_measure, OmSdfDef def,
     return status;
 }
 
-static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
-                          OmModelReport* report) {
-    Numbers n = {0};
-    const OmMeshFrame given = {def->unit, def->space};
-    OM_TRY(om_tet_mesh_load_frame(def->input, given, 0, &body->mesh, &n.stated));
+// What was changed in a volume mesh, or a refusal.
+static OmStatus note_reading(const OmModelDef* def, const OmMeshReading* r, OmModelReport* report) {
+    const bool is_strict = def->repair == OM_REPAIR_STRICT;
+    OM_CHECK(!is_strict || r->nflat == 0, OM_INVALID, "%d tetrahedra are flat", r->nflat);
+    if (r->nturned > 0)
+        om__model_note(report,
+                       "%d tetrahedr%s inside out (vertices 2 to 4 run clockwise seen from the "
+                       "first), the first is number %d: turned by exchanging two vertices",
+                       r->nturned, r->nturned == 1 ? "on is" : "a are", r->first_turned);
+    if (r->nflat > 0)
+        om__model_note(report, "%d tetrahedr%s without volume: dropped", r->nflat,
+                       r->nflat == 1 ? "on is" : "a are");
+    if (r->nmid > 0)
+        om__model_note(report,
+                       "the tetrahedra have ten nodes: the nodes on their edges are dropped, they "
+                       "are up to %.3g mm off the middle of their edge",
+                       r->mid_most * 1e3);
+    return OM_OK;
+}
+
+static OmStatus weld_cracks(const OmModelDef* def, OmBody* body, OmModelReport* report) {
+    OmTetMeshWeld w;
+    OmTetMesh trial;
+    if (!def->keep_cracks && def->repair != OM_REPAIR_STRICT) {
+        OM_TRY(om_tet_mesh_weld(&body->mesh, 0, &w));
+    } else {
+        OM_TRY(om_tet_mesh_copy(&body->mesh, &trial));
+        OmStatus status = om_tet_mesh_weld(&trial, 0, &w);
+        om_tet_mesh_done(&trial);
+        OM_TRY(status);
+    }
+    if (w.nface == 0) return OM_OK;
+    const OmVec3 p = om_scale(1e3, w.first);
+    OM_CHECK(
+        def->keep_cracks || def->repair != OM_REPAIR_STRICT, OM_INVALID,
+        "%d pairs of faces lie on each other and have their own vertices: the mesh is cracked, "
+        "first at (%.4g, %.4g, %.4g) mm; without --strict they are welded, --keep-cracks "
+        "leaves them",
+        w.nface, p.x, p.y, p.z);
+    if (def->keep_cracks)
+        om__model_note(report,
+                       "%d pairs of faces lie on each other and stay apart, the first at (%.4g, "
+                       "%.4g, %.4g) mm: the mesh is cracked there, as was told",
+                       w.nface, p.x, p.y, p.z);
+    else
+        om__model_note(
+            report,
+            "%d pairs of faces lay on each other with vertices of their own, the first "
+            "at (%.4g, %.4g, %.4g) mm: %d vertices are welded (--keep-cracks leaves them)",
+            w.nface, p.x, p.y, p.z, w.nvert);
+    return OM_OK;
+}
+
+static OmStatus use_mesh(const OmModelDef* def, const OmMeshReading* reading,
+                         const OmSdfDef* sdf_def, OmBody* body, OmModelReport* report) {
+    Numbers n = {.stated = reading->stated};
+    OM_TRY(note_reading(def, reading, report));
+    OM_TRY(weld_cracks(def, body, report));
     body->has_mesh = !def->remesh;
     body->volume_ref = n.volume = om_tet_mesh_volume(&body->mesh);
-    n.used = om_mesh_frame_join(given, n.stated);
+    n.used = om_mesh_frame_join((OmMeshFrame){def->unit, def->space}, n.stated);
     n.length = longest_side(body->mesh.x, body->mesh.nvert);
     note_frame(def, &n, report);
-    OmStatus status = check_size(def, &n, report);
-    if (status == OM_OK) {
-        const bool is_measure = body->has_mesh && !(def->sheet.thickness > 0);
-        status = mesh_field(&body->mesh, is_measure, *sdf_def, &body->sdf);
-    }
+    OM_TRY(check_size(def, &n, report));
+    const bool is_measure = body->has_mesh && !(def->sheet.thickness > 0);
+    return mesh_field(&body->mesh, is_measure, *sdf_def, &body->sdf);
+}
+
+static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
+                          OmModelReport* report) {
+    OmMeshReading reading;
+    unsigned flags = OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_STRAIGHTEN;
+    if (def->repair == OM_REPAIR_STRICT) flags = 0;
+    OM_TRY(om_tet_mesh_load_reading(def->input, (OmMeshFrame){def->unit, def->space}, flags,
+                                    &body->mesh, &reading));
+    OmStatus status = use_mesh(def, &reading, sdf_def, body, report);
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 
 static OmStatus surface_field(const OmModelDef* def, const OmSurface* surface, const Numbers* n,
                               const OmSdfDef* sdf_def, OmBody* body) {
     body->volume_ref = n->volume;
-    OM_CHECK(n->volume > 0, OM_INVALID, "the surface is inside out: its triangles face inwards");
     OmStatus status = om_sdf_from_surface(surface, sdf_def, &body->sdf);
     if (status != OM_INVALID || is_plausible(n->length, n->volume) || def->unit > 0) return status;
     char why[512], units[160];  // too small for the edge because the unit is wrong
@@ -468,18 +528,33 @@ static OmStatus surface_field(const OmModelDef* def, const OmSurface* surface, c
                     why, n->length * 1e3, n->used.unit * 1e3, units);
 }
 
+// Mend a surface and say what was done.
+static OmStatus mend_surface(const OmModelDef* def, OmSurface* surface, double* volume,
+                             OmModelReport* report) {
+    OmSurfaceRepair r;
+    OmSurfaceRepairDef repair = om_surface_repair_default_def();
+    repair.mode = def->repair;
+    OM_TRY(om_surface_repair(&repair, surface, &r));
+    for (int k = 0; k < OM_NDEFECT; k++) {
+        char text[320];
+        om_surface_repair_words(&r, (OmDefect)k, text, sizeof text);
+        if (text[0]) om__model_note(report, "%s", text);
+    }
+    *volume = r.volume;
+    return OM_OK;
+}
+
 static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
                              OmModelReport* report) {
     OmSurface surface;
     Numbers n = {0};
     const OmMeshFrame given = {def->unit, def->space};
-    OM_TRY(om_surface_load_frame(def->input, given, 0, &surface, &n.stated));
+    OM_TRY(om_surface_load_frame(def->input, given, OM_MESH_KEEP_DEGENERATE, &surface, &n.stated));
     n.used = om_mesh_frame_join(given, n.stated);
     n.length = longest_side(surface.x, surface.nvert);
-    n.volume = om_surface_volume(&surface);
     note_frame(def, &n, report);
-    OmStatus status = om_surface_require_closed(&surface);
-    if (status == OM_OK && n.volume > 0) status = check_size(def, &n, report);
+    OmStatus status = mend_surface(def, &surface, &n.volume, report);
+    if (status == OM_OK) status = check_size(def, &n, report);
     if (status == OM_OK) status = surface_field(def, &surface, &n, sdf_def, body);
     om_surface_done(&surface);
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
