@@ -86,6 +86,10 @@ typedef struct OmPressDef {  // made by om_press_default_def
     // The contact surface in the rest shape, copied; null: made from the boundary of the mesh.
     const OmSurface* surface;
     int ntri;  // triangles of one that is made; default 1004; 0: the unchanged boundary
+    // Contact of the faces of the volume's boundary, not of vertices alone: also the deepest points of its edges and
+    // triangles. For convex probes with edges sharper than the faces. Default false. Penalty only; `surface` must be
+    // null, and `ntri` is ignored.
+    bool has_face_contact;
     // Penalty and prescribed: N/m for each contact point. 0 (default): 100 times the stiffness against moving the
     // point alone, which lets the tissue penetrate by some hundredths of a millimetre.
     double stiffness;
@@ -112,11 +116,11 @@ typedef struct OmPressReport {
     bool is_settled;
     OmVec3 force;            // N, by the tissue on the probe, world axes
     OmVec3 torque;           // N m, about the probe's origin, world axes
-    double area;             // m^2, of the contact surface at those points
+    double area;             // m^2, of the contact surface at those points that are vertices
     double penetration;      // m, of the deepest point of the contact surface after the step
     double complementarity;  // multipliers: max |min(lambda / lambda_max, gap / edge)|
     // views (ncontact), valid until the next step
-    const int* vert;       // contact surface vertex
+    const int* vert;       // contact surface vertex; -1: a point of an edge or a triangle
     const double* point;   // m, world                                    (ncontact x 3)
     const double* normal;  // from the probe to the tissue, world          (ncontact x 3)
     const double* push;    // N, on the tissue                            (ncontact x 3)
@@ -158,7 +162,7 @@ OM_API OmPose om_press_pose(const OmPress* press);
 OM_API const OmSurface* om_press_surface(const OmPress* press);
 OM_API const OmEmbedding* om_press_embedding(const OmPress* press);
 /// Distance of the probe at a pose to the nearest point of the deformed contact surface, m, negative inside: how far
-/// the probe may still move before contact.
+/// the probe may still move before contact. Of vertices alone, also with has_face_contact.
 OM_API double om_press_eval_gap(const OmPress* press, const OmTissueState* state,
                                 OmPose pose_world_probe);
 

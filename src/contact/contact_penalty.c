@@ -51,7 +51,7 @@ static void predict_active(OmPress* p, OmTissueState* s, const OmTissueWork* w, 
     for (int k = 0; k < p->nnear; ++k) {
         OmPressPoint* t = &p->near[k];
         t->k = p->def.stiffness > 0 ? p->def.stiffness : STIFF * om__press_stiffness(p, w, t->vert);
-        if (t->is_prescribed) continue;
+        if (t->is_prescribed || t->is_parked) continue;
         OmVec3 d = t->predicted;
         double end = t->gap + om_dot(t->n, d) - t->goal;
         t->is_active = end < -OM_PRESS_ACTIVATE * p->size;
@@ -89,13 +89,18 @@ static OmStatus add_forces(OmPress* p, OmTissueWork* w) {
 }
 
 // Linearise plane and friction of an active point again if they differ at displacement d from those of the solve.
-static bool update_point(const OmPress* p, OmPressPoint* t, OmVec3 d, double h, bool is_damped) {
+static bool update_point(OmPress* p, OmPressPoint* t, const OmTissueState* s, const OmTissueWork* w,
+                         OmVec3 d, double h, bool is_damped) {
     OmVec3 was_n = t->n, rel = om_sub(d, t->probe_move), move = om_sub(d, t->at);
     rel = om_madd(rel, -om_dot(rel, was_n), was_n);
     double far = om_norm(om_madd(move, -om_dot(move, was_n), was_n));
     double tilt = t->push > 0 ? t->damp * far / t->push : 0;
-    bool is_bent = om__press_update_plane(p, t, om_add(t->x, d), tilt), has_slipped = false;
-    if (is_bent && is_damped && far > 0)
+    bool is_sliding = om__press_is_sliding(p, t->vert), has_slipped = false;
+    OmPressPlace place = is_sliding ? om__press_follow(p, t, s, w, h) : OM_PRESS_PARKED;
+    bool is_bent = place == OM_PRESS_MOVED;
+    if (is_bent) d = om__press_displacement(p, s, w, t->vert, h);
+    if (place == OM_PRESS_PARKED) is_bent = om__press_update_plane(p, t, om_add(t->x, d), tilt);
+    if (is_bent && is_damped && far > 0 && !is_sliding)
         t->damp = fmax(0.5 * t->damp, t->push * om_distance(t->n, was_n) / far);
     if (t->push == 0) t->damp = 0;
     if (p->def.friction > 0) {
@@ -128,8 +133,14 @@ static int update(OmPress* p, const OmTissueState* s, const OmTissueWork* w, dou
         } else if (t->is_active) {
             t->push = fmax(0, t->multiplier - t->k * end);
             t->force = om_sub(t->f, om_mat3_apply(t->K, d));
-            nchange += update_point(p, t, d, h, is_damped);
+            nchange += update_point(p, t, s, w, d, h, is_damped);
         } else {
+            if (om__press_is_sliding(p, t->vert)) {
+                t->is_parked = om__press_follow(p, t, s, w, h) == OM_PRESS_PARKED;
+                if (t->is_parked) continue;
+                d = om__press_displacement(p, s, w, t->vert, h);
+                end = t->gap + om_dot(t->n, d) - t->goal;
+            }
             OmVec3 place = om_add(t->x, d);
             double true_end = om__press_gap(p, place) - t->goal - lift;
             bool is_in = true_end < -OM_PRESS_ACTIVATE * p->size;
@@ -159,7 +170,7 @@ static void begin_line(OmPress* p, const OmTissueState* s, const double* last,
                        const double* increment, double h, OmContactLine* line) {
     for (int k = 0; k < p->nnear; ++k) {
         OmPressPoint* t = &p->near[k];
-        if (t->is_prescribed) continue;  // its spring is a part of A
+        if (t->is_prescribed || t->is_parked) continue;  // the spring of the first is a part of A
         OmVec3 d = om_scale(h, om_add(om__press_position(p, om_tissue_v(s), t->vert),
                                       om__press_position(p, last, t->vert)));
         OmVec3 step = om_scale(h, om__press_position(p, increment, t->vert)),
@@ -199,7 +210,7 @@ static double search_line(const OmContactGroup* g, const OmTissueState* s, OmTis
         double at = n == 0 ? 1 : 0.5 * (lo + hi), sum = line.slope + at * line.curve;
         for (int k = 0; k < g->npress; ++k)
             for (int i = 0; i < g->press[k]->nnear; ++i)
-                if (!g->press[k]->near[i].is_prescribed)
+                if (!g->press[k]->near[i].is_prescribed && !g->press[k]->near[i].is_parked)
                     sum -= force_along(&g->press[k]->near[i], at, h);
         if (g->contact) om__contact_add_line(g->contact, at, &sum);
         if (sum <= 0 && n == 0) return 1;

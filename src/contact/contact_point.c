@@ -172,9 +172,13 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
     p->detect_time = om_tissue_time(s);
     p->detect_h = h;
     p->nnear = 0;
-    for (int i = 0; i < p->surface.nvert; ++i) {
+    for (int i = 0; i < p->npoint; ++i) {
         p->near_of[i] = -1;
-        OmPressPoint t = {.vert = i, .x = om__press_position(p, x, i)};
+        OmPressPlace found = OM_PRESS_DEEPEST;
+        if (om__press_is_sliding(p, i)) found = om__press_place(p, s, w, i, h, is_first);
+        if (found == OM_PRESS_FAR) continue;
+        OmPressPoint t = {
+            .vert = i, .x = om__press_position(p, x, i), .is_parked = found == OM_PRESS_PARKED};
         // outside the ball around the probe on its whole path
         OmVec3 begin_to = om_sub(t.x, middle_from);
         double begin_far = om_norm(begin_to);
@@ -212,8 +216,9 @@ OmStatus om__press_check_depth(const OmPress* p, const OmTissueState* s, const O
                                double h) {
     OmVec3 middle = om_pose_apply(p->to, p->middle);
     double r = p->radius, deepest = 0;
-    for (int i = 0; i < p->surface.nvert; ++i) {
+    for (int i = 0; i < p->npoint; ++i) {
         const OmPressPoint* t = p->near_of[i] >= 0 ? &p->near[p->near_of[i]] : NULL;
+        if (!t && om__press_is_sliding(p, i)) continue;
         if (t ? t->is_prescribed : om__press_is_still(p, s, i)) continue;
         OmVec3 place =
             om_add(om__press_position(p, om_tissue_x(s), i), om__press_displacement(p, s, w, i, h));

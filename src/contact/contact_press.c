@@ -26,6 +26,10 @@ static OmStatus check_def(const OmPressDef* def) {
              "press: method %d is none of OmPressMethod", (int)def->method);
     OM_CHECK(def->surface || def->ntri == 0 || (def->ntri >= 4 && def->ntri <= 10000000),
              OM_INVALID, "press: ntri is %d; it must be 0 or from 4 to 10 million", def->ntri);
+    OM_CHECK(!def->has_face_contact || (def->method == OM_PRESS_PENALTY && !def->surface),
+             OM_INVALID,
+             "press: contact of faces is of the penalty method, on the boundary of the volume: set "
+             "method to OM_PRESS_PENALTY and surface to null");
     OM_CHECK(def->stiffness == 0 || (def->stiffness >= 1e-3 && def->stiffness <= 1e9), OM_INVALID,
              "press: stiffness is %g N/m; it must be 0 or from 1e-3 to 1e9", def->stiffness);
     OM_CHECK(def->friction >= 0 && def->friction <= 10, OM_INVALID,
@@ -81,6 +85,8 @@ OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPr
     *press = NULL;
     OM_CHECK(def && model, OM_INVALID, "press: the definition or the model is null");
     OM_TRY(check_def(def));
+    OM_CHECK(!def->has_face_contact || om_tissue_mesh(model)->ntet > 0, OM_INVALID,
+             "press: contact of faces needs a model with tetrahedra");
     OmStatus status = OM_OK;
     OmPress* p = om_calloc(1, sizeof *p);
     if (!p) return OM_NO_MEMORY;
@@ -92,14 +98,19 @@ OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPr
     p->thickness = o->thickness > 0 ? o->thickness : (double)INFINITY;
     p->radius = o->has_bounds ? 0.5 * om_distance(o->lo, o->hi) : (double)INFINITY;
     if (o->has_bounds) p->middle = om_lerp(o->lo, o->hi, 0.5);
-    if (def->surface)
+    if (def->has_face_contact)
+        OM_TRY_DONE(om__press_make_faces(p));
+    else if (def->surface)
         OM_TRY_DONE(copy_surface(def->surface, &p->surface));
     else if (def->ntri > 0)
         OM_TRY_DONE(om_contact_surface_make(om_tissue_mesh(model), def->ntri, &p->surface));
     else
         OM_TRY_DONE(om_tet_mesh_boundary(om_tissue_mesh(model), &p->surface, NULL));
-    OM_TRY_DONE(om_tissue_embed(model, p->surface.nvert, p->surface.x, &p->embedding));
-    size_t n = (size_t)p->surface.nvert;
+    if (!def->has_face_contact) {
+        OM_TRY_DONE(om_tissue_embed(model, p->surface.nvert, p->surface.x, &p->embedding));
+        p->npoint = p->surface.nvert;
+    }
+    size_t n = (size_t)p->npoint;
     OM_CALLOC_DONE(p->near, n);
     OM_CALLOC_DONE(p->near_of, n);
     OM_CALLOC_DONE(p->area, n);
@@ -207,6 +218,12 @@ static double measure_depth(const OmPress* p, const double* x) {
         if (om_norm2(om_sub(at, middle)) > r * r) continue;
         deepest = fmax(deepest, -om__press_distance(p, om__press_local(p->pose, at)));
     }
+    for (int k = 0; k < p->nnear; ++k) {
+        int i = p->near[k].vert;
+        if (!om__press_is_sliding(p, i)) continue;
+        OmVec3 at = om__press_position(p, x, i);
+        deepest = fmax(deepest, -om__press_distance(p, om__press_local(p->pose, at)));
+    }
     return deepest;
 }
 
@@ -235,7 +252,7 @@ void om__press_report_points(OmPress* p, const OmTissueState* s) {
         r->force = om_sub(r->force, t->force);
         r->torque = om_sub(r->torque, om_cross(om_sub(at, p->pose.p), t->force));
         r->area += p->tri_area[t->vert];
-        p->out_vert[c] = t->vert;
+        p->out_vert[c] = om__press_is_sliding(p, t->vert) ? -1 : t->vert;
         const OmTissueObstacle* o = &p->def.obstacle;
         p->out_gap[c] = o->distance(o->ctx, om__press_local(p->pose, at), &n) - o->offset;
         om_store3(p->out_point, c, at);

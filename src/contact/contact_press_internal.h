@@ -2,6 +2,7 @@
 //
 //   contact_probe_mesh.c, contact_probe.c   shapes and their distances
 //   contact_surface.c                       the triangle mesh whose vertices are contact points
+//   contact_face.c                          deepest points of edges and triangles
 //   contact_point.c                         contact points near a probe and their planes
 //   contact_prescribed.c                    the area that moves with the probe
 //   contact_penalty.c                       penalty and augmented Lagrangian inside a step
@@ -56,6 +57,7 @@ typedef struct OmPressPoint {  // a point of the contact surface near the probe,
     double k;                    // N/m, penalty
     double damp;                 // N/m, against displacements along the plane from `at`
     bool is_active;              //
+    bool is_parked;              // not at the deepest place of its edge or triangle
     // predicted behind the probe, where the nearest face is not the one it entered
     bool is_crossing;
     bool is_prescribed;        // held at x + probe_move by a spring in all directions
@@ -76,6 +78,8 @@ struct OmPress {
     const OmTissueModel* model;
     OmSurface surface;
     OmEmbedding embedding;
+    int nedge;    // of has_face_contact: edges of the surface
+    int npoint;   // contact points: vertices, edges, triangles
     double size;  // m, of the model
     double edge;  // m, mean edge of the contact surface
     // of the probe: INFINITY where the obstacle has none
@@ -111,6 +115,26 @@ struct OmPress {
 
 static inline OmVec3 om__press_local(OmPose pose, OmVec3 x) {
     return om_quat_rotate(om_quat_conj(pose.q), om_sub(x, pose.p));
+}
+
+// ---- contact_face.c
+
+/// The boundary of the volume as surface, its edges, and the embedding of all points.
+OmStatus om__press_make_faces(OmPress* press);
+typedef enum OmPressPlace {
+    OM_PRESS_FAR,      // the edge or triangle cannot touch the probe
+    OM_PRESS_PARKED,   // a corner or another point is deeper
+    OM_PRESS_DEEPEST,  // the point is at the deepest place
+    OM_PRESS_MOVED     // it slid there, and its plane is linearised again
+} OmPressPlace;
+/// Slide point i of an edge or a triangle to where it is deepest in the probe at the end of the substep, as predicted.
+OmPressPlace om__press_place(OmPress* press, const OmTissueState* state, const OmTissueWork* work,
+                             int i, double h, bool is_first);
+/// The same by the last solution.
+OmPressPlace om__press_follow(OmPress* press, OmPressPoint* point, const OmTissueState* state,
+                              const OmTissueWork* work, double h);
+static inline bool om__press_is_sliding(const OmPress* press, int i) {
+    return i >= press->surface.nvert;
 }
 
 // ---- contact_point.c

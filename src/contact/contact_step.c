@@ -100,7 +100,7 @@ static OmStatus begin_paths(const OmContactGroup* g, const OmTissueModel* m, OmT
         OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
         OM_CHECK(p->is_placed || p->has_goal, OM_INVALID,
                  "press: it has no pose; om_press_place or om_press_move must come first");
-        npoint += p->surface.nvert;
+        npoint += p->npoint;
     }
     OM_TRY(om_tissue_reserve_points(w, npoint));
     for (int k = 0; k < g->npress; ++k) {

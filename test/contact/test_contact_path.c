@@ -218,6 +218,7 @@ static void test_reuse(void** test) {
 typedef struct Scene {
     TestRig* r;
     OmPressMethod method;
+    bool has_faces;
 } Scene;
 
 static OmStatus press_with_memory(void* ctx) {
@@ -237,6 +238,7 @@ static OmStatus press_with_memory(void* ctx) {
     OmPressDef def = om_press_default_def(probe);
     def.method = scene->method;
     def.ntri = 60;
+    def.has_face_contact = scene->has_faces;
     OM_TRY_DONE(om_press_create(&def, scene->r->m, &press));
     OmPose pose = {om_vec3(0.03, 0.02, 0.05), om_quat_identity()};
     OM_TRY_DONE(om_press_place(press, scene->r->m, scene->r->s, pose));
@@ -259,9 +261,11 @@ static void test_memory(void** test) {
     make_soft_block(&p, 2, 2, 1);
     rig_start(&p.r);
     for (int method = 0; method < 3; ++method) {
-        Scene scene = {&p.r, (OmPressMethod)method};
+        Scene scene = {&p.r, (OmPressMethod)method, false};
         assert_true(test_failing_allocations(press_with_memory, &scene, 1) > 40);
     }
+    Scene faces = {&p.r, OM_PRESS_PENALTY, true};
+    assert_true(test_failing_allocations(press_with_memory, &faces, 1) > 40);
     rig_done(&p.r);
 }
 
@@ -296,6 +300,8 @@ static void test_input(void** test) {
     REFUSE(def.method = (OmPressMethod)3, "method");
     REFUSE(def.ntri = 3, "ntri");
     REFUSE(def.stiffness = -1, "stiffness");
+    REFUSE(def.has_face_contact = true; def.method = OM_PRESS_MULTIPLIERS, "contact of faces");
+    REFUSE(def.has_face_contact = true; def.surface = &bad, "contact of faces");
     REFUSE(def.friction = nan, "friction");
     REFUSE(def.friction = 0.1; def.method = OM_PRESS_PRESCRIBED, "friction");
     REFUSE(def.tolerance = 0, "tolerance");
