@@ -114,6 +114,9 @@ typedef struct OmModelDef {
     char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // as the file names them; case does not count
     int nlabel_name;
     bool all_labels;  // every value above 0
+    // of a label map that was interpolated: a voxel with a value between two labels, one of which is
+    // chosen, belongs to it from this share on, 0-1; default 0: such voxels are left out, and noted
+    double threshold;
     // bytes that the voxels of a volume may take; default OM_VOLUME_MAX_SIZE
     uint64_t max_volume_size;
     bool has_window;  // intensities in [window_lo, window_hi] instead of labels
@@ -188,7 +191,8 @@ OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* vol
 typedef struct OmLabelRow {
     char name[OM_SEGMENT_NAME];  // "" if the file gives none
     int label;         // what OmModelDef.label takes; -1: only its volume and value choose it
-    int value, layer;  // of its voxels, and the volume of the file they are in
+    int value, layer;  // of its voxels (-1 above 2^31), and the volume of the file they are in
+    double stored;     // value of its voxels
     int64_t nvoxel;    //
     double volume;     // m^3
     int npart;         // connected over faces
@@ -204,7 +208,10 @@ typedef struct OmLabelList {  // om_label_list_done frees
     int nentry;         // volumes of the file
     bool has_layers;    // they are layers of segments, and all were read
     bool is_intensity;  // the values are no labels: they have fractions, are negative or too many
+    // share of the voxels above 0 that have values between labels: the map was interpolated
+    double between;
     double min, max;    // of the values
+    char note[OM_VOLUME_NOTE];  // contradictions of the header, as OmVolumeInfo.note
     int nempty;         // segments of a table of names that have no voxel; no row
     int nrow;
     OmLabelRow* row;  // in the order of layer and value                 (nrow)

@@ -89,15 +89,16 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
     over: fields of OmOverDef for labelled tissue over a labelled organ: {"label": [2, 3], "roi": 3}; 3 is to be exposed.
     attach: attachments in words, "border:medial 25 %"; of a sheet, or of tissue over an organ.
-    options: other fields of OmModelDef, such as keep_all, close_radius, smooth; has_bending_test=False saves 0.5 to 1 s.
+    options: other fields of OmModelDef, such as keep_all, close_radius, smooth, threshold (0.5 for a label map that was
+    interpolated); has_bending_test=False saves 0.5 to 1 s.
     """
     path = b"" if isinstance(source, Volume) else path_of(source)
     definition = lib.om_model_default_def(path, edge)
     if name is not None or isinstance(source, Volume):
         definition.name = name or "volume"
     for item in [] if label is None else [label] if isinstance(label, (str, int, np.integer)) else label:
-        if isinstance(item, str):
-            definition.label_name[definition.nlabel_name].value = item.encode()
+        if isinstance(item, str) or abs(item) >= 2**31:  # larger numbers are given as names
+            definition.label_name[definition.nlabel_name].value = str(item).encode()
             definition.nlabel_name += 1
         else:
             definition.label[definition.nlabel] = item

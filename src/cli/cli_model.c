@@ -10,6 +10,9 @@ static const OmCliOption option[] = {
     {"--list", NULL, NULL, "list the labels or segments of INPUT and end; needs no -o"},
     {"--label", "-l", "N|NAME[,...]",
      "labels whose union is meshed, by number or name, or \"all\"; may be repeated"},
+    {"--threshold", NULL, "SHARE",
+     "of an interpolated label map: a voxel belongs to the label from this share on, as 0.5", "none",
+     NULL, 0, 1},
     {"--volume", NULL, "N", "index of the volume in a file of several (times, components), from 0",
      NULL, NULL, 0, 1 << 30},
     {"--window", NULL, "LO,HI", "intensities from LO to HI instead of labels"},
@@ -320,6 +323,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     OM_TRY(om_cli_int(args, "--volume", &def->volume));
     OM_TRY(om_cli_double(args, "--min-share", &share));
     OM_TRY(om_cli_double(args, "--close", &close));
+    OM_TRY(om_cli_double(args, "--threshold", &def->threshold));
     OM_TRY(om_cli_double(args, "--smooth", &def->smooth));
     OM_TRY(om_cli_int(args, "--connectivity", &def->connectivity));
     OM_TRY(om_cli_int(args, "--workers", &def->nworker));

@@ -8,9 +8,10 @@
 // ---- volumes ----------------------------------------------------------------------------------------------
 
 static void print_row(const OmLabelRow* row, bool has_layers) {
-    char label[16] = "-";
+    char label[24] = "-";
     const OmVec3 size = om_scale(1e3, om_sub(row->hi, row->lo));
     if (row->label >= 0) snprintf(label, sizeof label, "%d", row->label);
+    if (row->value < 0) snprintf(label, sizeof label, "%.0f", row->stored);
     printf("%6s ", label);
     if (has_layers) printf("%5d %5d ", row->layer, row->value);
     printf("%10lld %11.2f %6d %9.1f  %5.0f x %.0f x %.0f%s  %s\n", (long long)row->nvoxel,
@@ -41,7 +42,14 @@ static void print_list(const OmModelDef* def, const OmLabelList* list) {
         print_row(&list->row[r], list->has_layers);
         is_cut = is_cut || list->row[r].is_cut;
     }
+    if (list->between > 0) {
+        printf(
+            "%.2g %% of the voxels above 0 have values between labels: the map was probably interpolated\n"
+            "after it was segmented; mesh with --threshold 0.5, or resample with nearest neighbour\n",
+            100 * list->between);
+    }
     if (is_cut) printf("cut: the label reaches the border of the volume\n");
+    if (list->note[0]) printf("note: %s\n", list->note);
     if (list->nempty > 0) {
         printf("%d more name%s of the file's table ha%s no voxel\n", list->nempty,
                list->nempty == 1 ? "" : "s", list->nempty == 1 ? "s" : "ve");

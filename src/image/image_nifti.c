@@ -189,6 +189,12 @@ static void qform_axes(const Header* h, OmMat3* axis) {
                          om_scale(qfac * voxel_step(h, 2), r.cz));
 }
 
+static OmMat3 sform_axes(const Header* h) {
+    const double* s = h->srow;
+    return om_mat3_cols(om_vec3(s[0], s[4], s[8]), om_vec3(s[1], s[5], s[9]),
+                        om_vec3(s[2], s[6], s[10]));
+}
+
 static OmStatus set_transform(const Header* h, OmVolume* volume) {
     double unit;
     switch (h->units & 7) {
@@ -203,8 +209,7 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
     OmVec3 origin;
     if (h->sform > 0) {
         const double* s = h->srow;
-        axis = om_mat3_cols(om_vec3(s[0], s[4], s[8]), om_vec3(s[1], s[5], s[9]),
-                            om_vec3(s[2], s[6], s[10]));
+        axis = sform_axes(h);
         origin = om_vec3(s[3], s[7], s[11]);
     } else if (h->qform > 0) {
         qform_axes(h, &axis);
@@ -219,6 +224,76 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
     volume->grid.axis = om_mat3_scale(unit, axis);
     volume->grid.origin = om_scale(unit, origin);
     return OM_OK;
+}
+
+// ---- contradictions --------------------------------------------------------------------------------
+
+#define CODE_ATLAS 3  // from this code on a form refers to an atlas, whose voxels may be scaled
+
+// Do the two forms mirror or turn the volume?
+static void compare_forms(const Header* h, char* note, size_t size) {
+    const char* from[] = {"left and right", "front and back", "up and down"};
+    OmMat3 s = sform_axes(h), q;
+    qform_axes(h, &q);
+    const double det = om_mat3_det(s) * om_mat3_det(q);
+    const OmVec3 axis[2][3] = {{s.cx, s.cy, s.cz}, {q.cx, q.cy, q.cz}};
+    double cosine = 1;
+    int worst = 0;
+    for (int a = 0; a < 3; a++) {
+        double len = om_norm(axis[0][a]) * om_norm(axis[1][a]);
+        if (!(len > 0) || !isfinite(len)) return;  // the reader refuses it
+        double c = om_dot(axis[0][a], axis[1][a]) / len;
+        if (c < cosine) worst = a;
+        cosine = fmin(cosine, c);
+    }
+    // a turn between two spaces may be meant, but no patient lies across an atlas
+    const double limit = h->sform == h->qform ? cos(5 * OM_PI / 180) : cos(60 * OM_PI / 180);
+    OmVec3 d = om_vec3(fabs(axis[0][worst].x), fabs(axis[0][worst].y), fabs(axis[0][worst].z));
+    const int side = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+    if (det < 0) {
+        snprintf(note, size,
+                 "sform and qform of the header mirror each other (%s): the sform is used; check the side of "
+                 "the organ",
+                 from[side]);
+    } else if (cosine < limit) {
+        snprintf(note, size,
+                 "sform and qform of the header differ by a turn of %.0f degrees%s: the sform is used",
+                 acos(fmax(cosine, -1)) * 180 / OM_PI,
+                 s.cx.x * q.cx.x < 0 && cosine < -0.5 ? ", which may exchange left and right" : "");
+    }
+}
+
+// Voxel sizes of the header against those of its sform.
+static void compare_sizes(const Header* h, char* note, size_t size) {
+    const OmMat3 s = sform_axes(h);
+    const double len[3] = {om_norm(s.cx), om_norm(s.cy), om_norm(s.cz)};
+    const double limit = h->sform >= CODE_ATLAS ? 1.3 : 1.01;
+    bool is_off = false;
+    for (int a = 0; a < 3; a++) {
+        const double step = fabs(h->pixdim[a + 1]);
+        if (!(step > 0) || !isfinite(step) || !(len[a] > 0)) continue;
+        if (a >= h->dim[0] || h->dim[a + 1] == 1) continue;  // one slice: its thickness may be unset
+        is_off = is_off || len[a] > limit * step || step > limit * len[a];
+    }
+    if (!is_off) return;
+    snprintf(note, size,
+             "pixdim of the header states voxels of %.4g x %.4g x %.4g, its sform of %.4g x %.4g x %.4g: the "
+             "sform is used",
+             fabs(h->pixdim[1]), fabs(h->pixdim[2]), fabs(h->pixdim[3]), len[0], len[1], len[2]);
+}
+
+static void find_contradictions(const Header* h, OmVolumeInfo* info) {
+    if (h->sform <= 0) return;
+    if (h->qform > 0) compare_forms(h, info->note, sizeof info->note);
+    size_t n = strlen(info->note);
+    if (n > 0 && n + 2 < sizeof info->note) {
+        memcpy(info->note + n, "; ", 3);
+        n += 2;
+    }
+    const size_t before = n;
+    compare_sizes(h, info->note + n, sizeof info->note - n);
+    if (n > 0 && !info->note[before]) info->note[before - 2] = 0;
+    if (info->note[0]) om_log(OM_LOG_WARNING, "%s", info->note);
 }
 
 // ---- reading ------------------------------------------------------------------------------------------
@@ -340,6 +415,7 @@ static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
                                    1e-6};  // others are refused where the volume is placed
     info->unit = unit[h->units & 7];
     info->has_space = h->sform > 0 || h->qform > 0;
+    find_contradictions(h, info);
     return om__segment_finish(info);
 }
 

@@ -215,10 +215,13 @@ static OmStatus set_directions(Header* h, const char* value) {
     for (int a = 0; a < h->naxis; a++) {
         value = skip_blank(value);
         h->is_space[a] = strncmp(value, "none", 4) != 0;
-        if (h->is_space[a])
-            OM_TRY(read_vector("space directions", &value, &h->direction[a]));
-        else
+        if (!h->is_space[a]) {
             value += 4;
+            continue;
+        }
+        OM_TRY(read_vector("space directions", &value, &h->direction[a]));
+        const OmVec3 d = h->direction[a];  // pynrrd writes (nan,nan,nan) for "none"
+        if (isnan(d.x) && isnan(d.y) && isnan(d.z)) h->is_space[a] = false;
     }
     h->has_direction = true;
     return OM_OK;

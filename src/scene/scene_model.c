@@ -104,6 +104,8 @@ static OmStatus check_def(const OmModelDef* def) {
              "part: all parts are kept, and some are chosen: do one of both");
     OM_CHECK(!def->has_window || def->window_lo <= def->window_hi, OM_INVALID,
              "window: %g to %g is empty", def->window_lo, def->window_hi);
+    OM_CHECK(def->threshold >= 0 && def->threshold <= 1 && !(def->threshold > 0 && def->has_window),
+             OM_INVALID, "threshold: %g is outside 0 to 1, or beside a window", def->threshold);
     OM_CHECK(def->connectivity == 6 || def->connectivity == 26, OM_INVALID,
              "connectivity: %d; it can be 6 or 26", def->connectivity);
     OM_CHECK(def->min_share >= 0 && def->min_share <= 1, OM_INVALID,

@@ -109,6 +109,7 @@ static OmStatus check_size(const OmModelDef* def, const Numbers* n, OmModelRepor
 
 static bool is_selected(const OmModelDef* def, const OmBody* body, double v) {
     if (body->has_window) return v >= def->window_lo && v <= def->window_hi;
+    v = om__label_value(v);
     if (body->nlabel == 0) return v > 0;
     for (int i = 0; i < body->nlabel; i++) {
         if (v == body->label[i]) return true;
@@ -123,7 +124,7 @@ static OmStatus list_labels(const OmVolume* volume, char* out, size_t size) {
     size_t len = 0;
     out[0] = 0;
     for (int l = 0; l < scan.nrow && len + 16 < size; l++)
-        len += (size_t)snprintf(out + len, size - len, " %d", scan.row[l].value);
+        len += (size_t)snprintf(out + len, size - len, " %.0f", scan.row[l].stored);
     om__label_scan_done(&scan);
     return OM_OK;
 }
@@ -274,7 +275,7 @@ static void look_for_label(void* ctx, int i, int j, int k) {
     size_t at = om_grid_index(b->volume.grid.dim, i, j, k);
     size_t in_mask =
         om_grid_index(b->mask.grid.dim, i - b->shift[0], j - b->shift[1], k - b->shift[2]);
-    const double value = om_volume_value(&b->volume, at);
+    const double value = om__label_value(om_volume_value(&b->volume, at));
     for (int l = 0; l < b->nlabel; l++) {
         if (value != b->label[l]) continue;
         p->has_voxel[l] = true;
@@ -402,7 +403,7 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
             continue;
         }
         best = d;
-        label = (int)value;
+        label = (int)om__label_value(value);
     }
     return label;
 }

@@ -89,7 +89,9 @@ void om__model_note(OmModelReport* report, const char* format, ...) OM_PRINTF(2,
 // ---- labels of a file (scene_model_labels.c) --------------------------------------------------------------
 
 typedef struct OmLabelScan {  // the values of one volume
-    bool is_intensity;        // fractions, negative values, above OM_LABEL_MAX, or too many
+    // negative values, numbers that a double does not hold, too many, or more fractions than labels have
+    bool is_intensity;
+    int64_t nabove, nfraction;  // voxels above 0; voxels whose value is not whole
     double min, max;
     int nrow;
     OmLabelRow* row;  // values above 0, ascending; npart and largest are not set          (nrow)
@@ -97,6 +99,13 @@ typedef struct OmLabelScan {  // the values of one volume
 } OmLabelScan;
 OmStatus om__label_scan(const OmVolume* volume, OmLabelScan* scan);
 void om__label_scan_done(OmLabelScan* scan);
+// The whole number within 1e-3 of a value, else the value: labels that were stored as 7014.9996.
+static inline double om__label_value(double v) {
+    const double whole = floor(v + 0.5);
+    return fabs(v - whole) <= 1e-3 ? whole : v;
+}
+// Note voxels with values between labels, or give them to labels by def->threshold (scene_model_between.c).
+OmStatus om__body_resolve_between(const OmModelDef* def, OmBody* body, OmModelReport* report);
 // Read the volume or the layers with the labels of the definition into `body` (volume, label), and
 // describe them in words.
 OmStatus om__body_load_labels(const OmModelDef* def, const OmVolume* given, OmBody* body,

@@ -3,7 +3,7 @@
 // A label's number is the value of its voxels, unless segments of several layers have equal values (3D Slicer
 // numbers each layer from 1): then segments are numbered from 1 in the order of the file, and the list says so.
 // Labels of several layers are joined in one volume; where they overlap, the voxel belongs to the label named
-// first.
+// first. Labels above 2^31 are found by a list beside the table of small ones; a chosen one gets a number that fits.
 #include <limits.h>
 #include <string.h>
 #include <strings.h>
@@ -11,6 +11,9 @@
 #include "scene/scene_model_internal.h"
 
 enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256, CHUNK = 4096 };
+
+#define STORED_MAX 9007199254740992.0  // 2^53: a double holds whole numbers up to it
+#define WHOLE_MIN 0.3                  // share of whole numbers, above 0, from which a map has labels
 
 // ---- the values of a volume ---------------------------------------------------------------------------
 
@@ -42,13 +45,14 @@ static void add_run(const OmVolume* v, Tally* t, int begin, int end, int j, int 
     t->count += end - begin;
 }
 
-static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* row) {
+static void fill_row(const OmVolume* v, const Tally* t, double value, OmLabelRow* row) {
     const double n = (double)t->count;
     const OmMat3* a = &v->grid.axis;
     OmVec3 half = om_vec3(0.5 * (fabs(a->cx.x) + fabs(a->cy.x) + fabs(a->cz.x)),
                           0.5 * (fabs(a->cx.y) + fabs(a->cy.y) + fabs(a->cz.y)),
                           0.5 * (fabs(a->cx.z) + fabs(a->cy.z) + fabs(a->cz.z)));
-    *row = (OmLabelRow){.label = value, .value = value, .nvoxel = t->count};
+    const int small = value <= INT_MAX ? (int)value : -1;
+    *row = (OmLabelRow){.label = small, .value = small, .stored = value, .nvoxel = t->count};
     row->volume = n * fabs(om_mat3_det(v->grid.axis));
     row->lo = om_sub(t->lo, half);
     row->hi = om_add(t->hi, half);
@@ -57,22 +61,47 @@ static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* r
         row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->grid.dim[c] - 1;
 }
 
+typedef struct Tallies {
+    Tally* small;  // of the values 0 to LABEL_MAX
+    Tally large[ROW_MAX];
+    double value[ROW_MAX];  // of `large`, in the order in which they were found
+    int nlarge, last;
+} Tallies;
+
+// The statistics of a whole number above 0; null: there are too many numbers.
+static Tally* find_tally(Tallies* t, double f) {
+    if (f <= LABEL_MAX) return &t->small[(int)f];
+    if (t->last < t->nlarge && t->value[t->last] == f) return &t->large[t->last];
+    for (t->last = 0; t->last < t->nlarge; t->last++)
+        if (t->value[t->last] == f) return &t->large[t->last];
+    if (t->nlarge == ROW_MAX) return NULL;
+    t->value[t->nlarge] = f;
+    return &t->large[t->nlarge++];
+}
+
 // Add the values of one row, from voxel `first` on.
 static void scan_values(const OmVolume* v, const double* value, int first, int n, int j, int k,
-                        Tally* tally, OmLabelScan* scan) {
+                        Tallies* tallies, OmLabelScan* scan) {
     for (int i = 0; i < n;) {
         int begin = i;
-        const double f = value[begin];
-        while (i < n && value[i] == f) i++;
+        const double f = om__label_value(value[begin]);
+        while (i < n && om__label_value(value[i]) == f) i++;
         scan->min = fmin(scan->min, f);
         scan->max = fmax(scan->max, f);
-        bool is_label = f >= 0 && f <= LABEL_MAX && f == floor(f);
-        if (!is_label) scan->is_intensity = true;
-        if (is_label && f > 0) add_run(v, &tally[(int)f], first + begin, first + i, j, k);
+        const bool is_whole = f == floor(f);
+        if (f < 0 || f > STORED_MAX) scan->is_intensity = true;
+        if (!is_whole) scan->nfraction += i - begin;
+        if (f > 0) scan->nabove += i - begin;
+        if (!is_whole || !(f > 0) || scan->is_intensity) continue;
+        Tally* tally = find_tally(tallies, f);
+        if (tally)
+            add_run(v, tally, first + begin, first + i, j, k);
+        else
+            scan->is_intensity = true;
     }
 }
 
-static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
+static void scan_rows(const OmVolume* v, Tallies* tallies, OmLabelScan* scan) {
     double value[CHUNK];
     size_t n = 0;
     for (int k = 0; k < v->grid.dim[2]; k++) {
@@ -80,7 +109,7 @@ static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
             for (int first = 0; first < v->grid.dim[0]; first += CHUNK) {
                 int len = v->grid.dim[0] - first < CHUNK ? v->grid.dim[0] - first : CHUNK;
                 om_volume_values(v, n + (size_t)first, (size_t)len, value);
-                scan_values(v, value, first, len, j, k, tally, scan);
+                scan_values(v, value, first, len, j, k, tallies, scan);
             }
         }
     }
@@ -88,21 +117,36 @@ static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
 
 OmStatus om__label_scan(const OmVolume* volume, OmLabelScan* scan) {
     OmStatus status = OM_OK;
-    Tally* tally = NULL;
+    Tallies* t = om_calloc(1, sizeof *t);
     *scan = (OmLabelScan){.min = HUGE_VAL, .max = -HUGE_VAL};
-    OM_CALLOC_DONE(tally, LABEL_MAX + 1);
-    scan_rows(volume, tally, scan);
-    for (int l = 1; l <= LABEL_MAX; l++) scan->nrow += tally[l].count > 0;
-    scan->is_intensity = scan->is_intensity || scan->nrow > ROW_MAX;
+    if (!t) return OM_NO_MEMORY;
+    OM_CALLOC_DONE(t->small, LABEL_MAX + 1);
+    scan_rows(volume, t, scan);
+    for (int l = 1; l <= LABEL_MAX; l++) scan->nrow += t->small[l].count > 0;
+    scan->nrow += t->nlarge;
+    const double nwhole = (double)(scan->nabove - scan->nfraction);
+    scan->is_intensity = scan->is_intensity || scan->nrow > ROW_MAX ||
+                         (scan->nfraction > 0 && nwhole < WHOLE_MIN * (double)scan->nabove);
     OM_ALLOC_DONE(scan->row, scan->nrow);
     OM_ALLOC_DONE(scan->box, scan->nrow);
-    for (int l = 1, n = 0; l <= LABEL_MAX; l++) {
-        if (tally[l].count == 0) continue;
-        fill_row(volume, &tally[l], l, &scan->row[n]);
-        memcpy(scan->box[n++], tally[l].box, sizeof tally[l].box);
+    int n = 0;
+    for (int l = 1; l <= LABEL_MAX; l++) {
+        if (t->small[l].count == 0) continue;
+        fill_row(volume, &t->small[l], l, &scan->row[n]);
+        memcpy(scan->box[n++], t->small[l].box, sizeof t->small[l].box);
+    }
+    for (int l = 0; l < t->nlarge; l++, n++) {  // in ascending order
+        int at = n;
+        for (; at > 0 && scan->row[at - 1].stored > t->value[l]; at--) {
+            scan->row[at] = scan->row[at - 1];
+            memcpy(scan->box[at], scan->box[at - 1], sizeof scan->box[at]);
+        }
+        fill_row(volume, &t->large[l], t->value[l], &scan->row[at]);
+        memcpy(scan->box[at], t->large[l].box, sizeof scan->box[at]);
     }
 done:
-    om_free(tally);
+    om_free(t->small);
+    om_free(t);
     if (status < 0) om__label_scan_done(scan);
     return status;
 }
@@ -148,7 +192,7 @@ static OmStatus count_parts(const OmVolume* v, const int box[6], OmLabelRow* row
         for (int j = box[1]; j <= box[4]; j++) {
             for (int i = box[0]; i <= box[3]; i++, n++) {
                 size_t at = om_grid_index(v->grid.dim, i, j, k);
-                mask.inside[n] = om_volume_value(v, at) == row->value;
+                mask.inside[n] = om__label_value(om_volume_value(v, at)) == row->stored;
             }
         }
     }
@@ -177,6 +221,8 @@ static OmStatus list_volume(const OmVolumeInfo* info, int layer, const OmVolume*
     list->min = fmin(list->min, scan.min);
     list->max = fmax(list->max, scan.max);
     list->is_intensity = list->is_intensity || scan.is_intensity;
+    if (scan.nfraction > 0 && !scan.is_intensity)
+        list->between = fmax(list->between, (double)scan.nfraction / (double)scan.nabove);
     list->voxel =
         om_vec3(om_norm(v->grid.axis.cx), om_norm(v->grid.axis.cy), om_norm(v->grid.axis.cz));
     for (int r = 0; r < scan.nrow && !scan.is_intensity && status == OM_OK; r++) {
@@ -229,6 +275,7 @@ OmStatus om_label_list_load(const char* path, int volume, const OmProgress* prog
     *list = (OmLabelList){.min = HUGE_VAL, .max = -HUGE_VAL};
     OM_TRY(om_volume_load_info(path, &info));
     memcpy(list->dim, info.dim, sizeof list->dim);
+    memcpy(list->note, info.note, sizeof list->note);
     list->nentry = info.nentry;
     list->has_layers = info.has_layers;
     OmStatus status = list_all(path, volume, &info, progress, list);
@@ -247,8 +294,9 @@ void om_label_list_done(OmLabelList* list) {
 
 typedef struct Choice {  // a label to mesh
     int segment;         // index in the file's table, -1: the table has no entry
-    int layer, value;
-    int label;  // label of the elements
+    int layer;
+    double value;  // of the voxels
+    int label;     // of the elements
 } Choice;
 
 typedef struct Chooser {
@@ -257,6 +305,7 @@ typedef struct Chooser {
     bool is_unique;
     Choice choice[OM_MAX_LABEL];
     int nchoice;
+    bool has_large;  // a value above 2^31
 } Chooser;
 
 static OmStatus choose_segment(Chooser* c, int s) {
@@ -281,6 +330,40 @@ static void name_segments(const OmVolumeInfo* info, char* out, size_t size) {
     }
     if (info->nsegment > CHOICE_MAX && len + 1 < size)
         snprintf(out + len, size - len, " and %d more", info->nsegment - CHOICE_MAX);
+}
+
+static OmStatus choose_number(Chooser* c, int label);
+
+// A whole number that does not fit the numbers of elements: the element gets the smallest number that is free.
+static OmStatus choose_large(Chooser* c, double value) {
+    const OmModelDef* def = c->def;
+    OM_CHECK(value > 0 && value <= STORED_MAX, OM_INVALID,
+             "%s: label %.0f: numbers from 0 to 2^53 are read: renumber the labels of the file",
+             def->input, value);
+    OM_CHECK(!c->info->has_layers && !(def->threshold > 0), OM_INVALID,
+             "%s: label %.0f is above 2^31, which excludes layers of segments and a threshold: renumber the "
+             "labels of the file",
+             def->input, value);
+    for (int i = 0; i < c->nchoice; i++)
+        if (c->choice[i].value == value) return OM_OK;
+    OM_CHECK(c->nchoice < OM_MAX_LABEL, OM_INVALID, "label: at most %d", OM_MAX_LABEL);
+    int label = 1;
+    for (int i = 0; i < c->nchoice; i++) {
+        if (c->choice[i].label != label) continue;
+        label++;
+        i = -1;  // look at all of them again
+    }
+    const int layer = def->volume > 0 ? def->volume : 0;
+    c->choice[c->nchoice++] = (Choice){-1, layer, value, label};
+    c->has_large = true;
+    return OM_OK;
+}
+
+// A name that is a number: numbers above those of OmModelDef.label are given as names.
+static bool is_number(const char* name, double* value) {
+    const char *p = name, *end = name + strlen(name);
+    return om_number_parse(&p, end, value) && p == end && isfinite(*value) &&
+           *value == floor(*value);
 }
 
 static OmStatus unknown_name(const Chooser* c, const char* name) {
@@ -311,7 +394,11 @@ static OmStatus choose_name(Chooser* c, const char* name) {
                  segment_label(info, c->is_unique, found), segment_label(info, c->is_unique, s));
         found = s;
     }
-    return found < 0 ? unknown_name(c, name) : choose_segment(c, found);
+    if (found >= 0) return choose_segment(c, found);
+    double value;
+    if (!is_number(name, &value)) return unknown_name(c, name);
+    if (fabs(value) <= INT_MAX) return choose_number(c, (int)value);
+    return choose_large(c, value);
 }
 
 static OmStatus choose_number(Chooser* c, int label) {
@@ -403,7 +490,7 @@ static int64_t join_layer(const Chooser* c, int layer, const OmVolume* v, unsign
         for (int i = 0; i < c->nchoice; i++) {
             if (c->choice[i].layer != layer) continue;
             for (size_t at = 0; at < n; at++) {
-                if (value[at] != c->choice[i].value) continue;
+                if (om__label_value(value[at]) != c->choice[i].value) continue;
                 noverlap += to[at] > 0;
                 if (to[at] == 0 || i + 1 < to[at]) to[at] = (unsigned char)(i + 1);
             }
@@ -419,6 +506,8 @@ static OmStatus join_layers(const Chooser* c, OmBody* body, OmModelReport* repor
     const OmModelDef* def = c->def;
     int64_t noverlap = 0;
     unsigned char* place = NULL;
+    OM_CHECK(!(def->threshold > 0), OM_INVALID,
+             "%s: threshold: layers of segments have no values between labels", def->input);
     OmStatus status = OM_OK;
     for (int layer = 0; layer < c->info->nentry; layer++) {
         bool is_wanted = false;
@@ -443,6 +532,27 @@ done:
     return status;
 }
 
+// Replace the voxels by the numbers of the elements.
+static OmStatus renumber(const Chooser* c, OmBody* body, OmModelReport* report) {
+    OmVolume* v = &body->volume;
+    unsigned char* place = om_calloc(om_volume_count(v), 1);
+    if (!place) return OM_NO_MEMORY;
+    join_layer(c, c->choice[0].layer, v, place);
+    bool is_there = false;
+    for (size_t n = 0; n < om_volume_count(v) && !is_there; n++) is_there = place[n] > 0;
+    if (body->is_volume_borrowed) v->voxel = NULL;
+    body->is_volume_borrowed = false;
+    OM_TRY(take_labels(c, place, v));
+    OM_CHECK(is_there, OM_INVALID, "%s: no voxel has label %.0f%s (--list shows the labels)",
+             c->def->input, c->choice[0].value, c->nchoice > 1 ? " or any other of the list" : "");
+    for (int i = 0; i < c->nchoice; i++) {
+        if (c->choice[i].value <= INT_MAX) continue;
+        om__model_note(report, "label %.0f has the number %d in the model, where numbers are below 2^31",
+                       c->choice[i].value, c->choice[i].label);
+    }
+    return OM_OK;
+}
+
 // No choice was given: take the label of a volume with only one; otherwise, or for intensities, take none.
 static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport* report) {
     const OmModelDef* def = c->def;
@@ -458,8 +568,8 @@ static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport*
         size_t len = 0;
         for (int r = 0; r < scan.nrow && r < CHOICE_MAX && len + 1 < sizeof all; r++) {
             int s = find_segment(c->info, c->info->has_layers ? def->volume : 0, scan.row[r].value);
-            len += (size_t)snprintf(all + len, sizeof all - len, "%s%d%s%.40s", r ? ", " : "",
-                                    scan.row[r].value, s >= 0 ? " " : "",
+            len += (size_t)snprintf(all + len, sizeof all - len, "%s%.0f%s%.40s", r ? ", " : "",
+                                    scan.row[r].stored, s >= 0 ? " " : "",
                                     s >= 0 ? c->info->segment[s].name : "");
         }
         if (scan.nrow > CHOICE_MAX && len + 1 < sizeof all)
@@ -468,6 +578,16 @@ static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport*
                           "%s holds %d labels, %s: choose with --label N%s (several: their union; "
                           "--label all: every one)",
                           def->input, scan.nrow, all, c->info->nsegment ? " or NAME" : "");
+    } else if (scan.nfraction > 0) {
+        status = om_error(OM_INVALID,
+                          "%s: %.2g %% of the voxels above 0 have values between whole numbers: choose with "
+                          "--label %.0f --threshold 0.5 if it was a map of labels that was interpolated, "
+                          "or with --window LO,HI",
+                          def->input, 100 * (double)scan.nfraction / (double)scan.nabove,
+                          scan.nrow ? scan.row[0].stored : 1);
+    } else if (scan.nrow == 1 && scan.row[0].value < 0) {
+        status = om_error(OM_INVALID, "%s holds one label, %.0f: choose it with --label %.0f",
+                          def->input, scan.row[0].stored, scan.row[0].stored);
     } else if (scan.nrow == 1) {
         body->label[body->nlabel++] = scan.row[0].value;
         int s = find_segment(c->info, c->info->has_layers ? def->volume : 0, scan.row[0].value);
@@ -514,6 +634,7 @@ static OmStatus place_volume(const Chooser* c, OmBody* body, OmModelReport* repo
                        "the header says that a unit is %g mm, and is read with %g mm, as was told",
                        c->info->unit * 1e3, def->unit * 1e3);
     }
+    if (c->info->note[0]) om__model_note(report, "%s", c->info->note);
     if (c->info->has_space) return OM_OK;
     if (def->space == OM_SPACE_LPS) {
         const OmMat3 turn = om_mat3_diag(om_vec3(-1, -1, 1));
@@ -566,7 +687,9 @@ static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
             memcpy(body->label_name[body->nlabel], c->info->segment[s].name, OM_SEGMENT_NAME);
         body->label[body->nlabel++] = c->choice[i].label;
     }
+    if (c->has_large) OM_TRY(renumber(c, body, report));
     describe(c, report);
+    if (!def->has_window && !c->has_large) OM_TRY(om__body_resolve_between(def, body, report));
     if (def->has_window) {
         snprintf(report->selected, sizeof report->selected, "values from %g to %g", def->window_lo,
                  def->window_hi);

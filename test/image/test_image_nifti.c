@@ -52,6 +52,13 @@ static void put_sform(File* f, OmMat3 axis, OmVec3 origin) {
     }
 }
 
+static void put_qform(File* f, double b, double c, double d) {
+    put16(f, 252, 1);
+    put_float(f, 256, b);
+    put_float(f, 260, c);
+    put_float(f, 264, d);
+}
+
 static void put_bytes(File* f) {  // the voxels 0, 1, 2 ...
     for (int i = 0; i < COUNT; i++) f->bytes[f->size++] = (unsigned char)i;
 }
@@ -158,6 +165,48 @@ static void test_sform_goes_before_qform(void** unused) {
 }
 
 // Values that only the right type holds: the largest of 16 bits without a sign, and -1 with one.
+// sform, qform and voxel sizes that contradict each other are named in one sentence; the sform is used.
+static void test_contradictions_are_named(void** unused) {
+    (void)unused;
+    static const struct {
+        double side, quatern[3], slice;  // sign of the first axis of the sform, qform, size of a slice
+        int code;                        // of the sform
+        const char* said;                // null: nothing
+    } row[] = {
+        {1, {0, 0, 0}, 1.5, 1, NULL},
+        {-1, {0, 0, 0}, 1.5, 1, "mirror each other (left and right)"},
+        {-1, {0, 0, 0}, 1.5, 4, "mirror each other (left and right)"},  // also against an atlas
+        {1, {0, 0, 1}, 1.5, 1, "differ by a turn of 180 degrees, which may exchange left and right"},
+        {1, {0, 0, 0.2}, 1.5, 1, "differ by a turn of 23 degrees"},
+        {1, {0, 0, 0.2}, 1.5, 4, NULL},  // of the scanner and of an atlas: both may hold
+        {1, {0, 0, 0}, 3, 1, "states voxels of 0.7 x 0.8 x 1.5, its sform of 0.7 x 0.8 x 3"},
+        {1, {0, 0, 0}, 1.8, 4, NULL},
+        {-1, {0, 0, 0}, 3, 1, "check the side of the organ; pixdim of the header states"},
+        {1, {NAN, 0, 0}, 1.5, 1, NULL},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        File f;
+        OmVolumeInfo info;
+        OmVolume v;
+        begin(&f, false, 2, 8);
+        put_sform(&f, om_mat3_diag(om_vec3(0.7 * row[i].side, 0.8, row[i].slice)), om_vec3(1, 2, 3));
+        put16(&f, 254, row[i].code);
+        put_qform(&f, row[i].quatern[0], row[i].quatern[1], row[i].quatern[2]);
+        put_bytes(&f);
+        const char* path = temp_path("t.nii");
+        write_bytes(path, f.bytes, f.size);
+        assert_ok(om_volume_load_info(path, &info));
+        const bool is_right =
+            row[i].said ? strstr(info.note, row[i].said) != NULL : info.note[0] == 0;
+        if (!is_right) fail_msg("row %zu: \"%s\"", i, info.note);
+        om_volume_info_done(&info);
+        assert_ok(om_volume_load(path, &v));
+        assert_near(v.grid.axis.cx.x, 0.7e-3 * row[i].side, 1e-9);
+        om_volume_done(&v);
+        remove(path);
+    }
+}
+
 static void test_signs_of_types(void** unused) {
     (void)unused;
     static const struct {
@@ -452,6 +501,7 @@ int main(void) {
         cmocka_unit_test(test_all_types_in_both_orders),
         cmocka_unit_test(test_qform_is_sform),
         cmocka_unit_test(test_sform_goes_before_qform),
+        cmocka_unit_test(test_contradictions_are_named),
         cmocka_unit_test(test_signs_of_types),
         cmocka_unit_test(test_version_2),
         cmocka_unit_test(test_turned_header_gives_the_same_organ),

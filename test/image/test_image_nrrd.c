@@ -107,6 +107,29 @@ static void test_axes_that_are_not_of_space(void** unused) {
     }
 }
 
+// pynrrd writes a row of NaN for an axis that is not of space.
+static void test_rows_of_nan_are_no_axes_of_space(void** unused) {
+    (void)unused;
+    static const char head[] =
+        "NRRD0004\ntype: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: RAS\n"
+        "space directions: (nan,nan,nan) (1,0,0) (0,2,0) (0,0,3)\n\n";
+    char file[sizeof head + 2 * COUNT];
+    OmVolume v;
+    memcpy(file, head, sizeof head - 1);
+    for (int i = 0; i < 2 * COUNT; i++) file[sizeof head - 1 + (size_t)i] = (char)i;
+    const char* path = temp_path("nan.nrrd");
+    write_bytes(path, file, sizeof head - 1 + 2 * COUNT);
+    assert_ok(om_volume_load_entry(path, 1, &v));
+    assert_true(v.grid.dim[0] == 3 && v.grid.dim[1] == 4 && v.grid.dim[2] == 2);
+    assert_near(v.grid.axis.cz.z, 0.003, 1e-12);
+    for (int k = 0; k < COUNT; k++) assert_near(om_volume_value(&v, (size_t)k), 2 * k + 1, 0);
+    om_volume_done(&v);
+    memcpy(strstr(file, "nan"), "0.1", 3);  // a part of a row
+    write_bytes(path, file, sizeof head - 1 + 2 * COUNT);
+    assert_refused(om_volume_load_entry(path, 0, &v), &v, "nan.nrrd", "more than three axes");
+    remove(path);
+}
+
 // ---- segments of 3D Slicer -------------------------------------------------------------------------------
 
 static OmStatus load_info(const char* header, OmVolumeInfo* info) {
@@ -316,6 +339,7 @@ int main(void) {
         cmocka_unit_test(test_spaces_become_ras),
         cmocka_unit_test(test_encodings_agree),
         cmocka_unit_test(test_axes_that_are_not_of_space),
+        cmocka_unit_test(test_rows_of_nan_are_no_axes_of_space),
         cmocka_unit_test(test_segments_have_names_layers_and_values),
         cmocka_unit_test(test_segments_that_lie),
         cmocka_unit_test(test_spacings_and_units),
