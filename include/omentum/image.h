@@ -61,12 +61,13 @@ typedef struct OmSegment {       // a named part of a label map
 #define OM_VOLUME_NOTE 320
 typedef struct OmVolumeInfo {  // header of a volume's file; om_volume_info_done frees
     int dim[3];
-    int nentry;          // volumes in the file: times, components or layers; 1 of a plain volume
-    bool has_layers;     // the volumes are layers of segments that may overlap (3D Slicer)
-    double unit;         // of the lengths in the header, m; 0: not stated, millimetres are taken
-    bool has_space;      // the header says how the voxels lie in the patient; false: taken as RAS
-    char note[OM_VOLUME_NOTE];  // statements of the header that contradict each other; "" if none do
-    int nsegment;        //
+    int nentry;       // volumes in the file: times, components or layers; 1 of a plain volume
+    bool has_layers;  // the volumes are layers of segments that may overlap (3D Slicer)
+    double unit;      // of the lengths in the header, m; 0: not stated, millimetres are taken
+    bool has_space;   // the header says how the voxels lie in the patient; false: taken as RAS
+    char
+        note[OM_VOLUME_NOTE];  // statements of the header that contradict each other; "" if none do
+    int nsegment;              //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;
 /// Read the header of a file: sizes, number of volumes, names of segments.

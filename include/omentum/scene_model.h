@@ -210,9 +210,9 @@ typedef struct OmLabelList {  // om_label_list_done frees
     bool is_intensity;  // the values are no labels: they have fractions, are negative or too many
     // share of the voxels above 0 that have values between labels: the map was interpolated
     double between;
-    double min, max;    // of the values
+    double min, max;            // of the values
     char note[OM_VOLUME_NOTE];  // contradictions of the header, as OmVolumeInfo.note
-    int nempty;         // segments of a table of names that have no voxel; no row
+    int nempty;                 // segments of a table of names that have no voxel; no row
     int nrow;
     OmLabelRow* row;  // in the order of layer and value                 (nrow)
 } OmLabelList;

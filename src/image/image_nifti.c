@@ -251,15 +251,17 @@ static void compare_forms(const Header* h, char* note, size_t size) {
     OmVec3 d = om_vec3(fabs(axis[0][worst].x), fabs(axis[0][worst].y), fabs(axis[0][worst].z));
     const int side = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
     if (det < 0) {
-        snprintf(note, size,
-                 "sform and qform of the header mirror each other (%s): the sform is used; check the side of "
-                 "the organ",
-                 from[side]);
+        snprintf(
+            note, size,
+            "sform and qform of the header mirror each other (%s): the sform is used; check the side of "
+            "the organ",
+            from[side]);
     } else if (cosine < limit) {
-        snprintf(note, size,
-                 "sform and qform of the header differ by a turn of %.0f degrees%s: the sform is used",
-                 acos(fmax(cosine, -1)) * 180 / OM_PI,
-                 s.cx.x * q.cx.x < 0 && cosine < -0.5 ? ", which may exchange left and right" : "");
+        snprintf(
+            note, size,
+            "sform and qform of the header differ by a turn of %.0f degrees%s: the sform is used",
+            acos(fmax(cosine, -1)) * 180 / OM_PI,
+            s.cx.x * q.cx.x < 0 && cosine < -0.5 ? ", which may exchange left and right" : "");
     }
 }
 
@@ -272,14 +274,16 @@ static void compare_sizes(const Header* h, char* note, size_t size) {
     for (int a = 0; a < 3; a++) {
         const double step = fabs(h->pixdim[a + 1]);
         if (!(step > 0) || !isfinite(step) || !(len[a] > 0)) continue;
-        if (a >= h->dim[0] || h->dim[a + 1] == 1) continue;  // one slice: its thickness may be unset
+        if (a >= h->dim[0] || h->dim[a + 1] == 1)
+            continue;  // one slice: its thickness may be unset
         is_off = is_off || len[a] > limit * step || step > limit * len[a];
     }
     if (!is_off) return;
-    snprintf(note, size,
-             "pixdim of the header states voxels of %.4g x %.4g x %.4g, its sform of %.4g x %.4g x %.4g: the "
-             "sform is used",
-             fabs(h->pixdim[1]), fabs(h->pixdim[2]), fabs(h->pixdim[3]), len[0], len[1], len[2]);
+    snprintf(
+        note, size,
+        "pixdim of the header states voxels of %.4g x %.4g x %.4g, its sform of %.4g x %.4g x %.4g: the "
+        "sform is used",
+        fabs(h->pixdim[1]), fabs(h->pixdim[2]), fabs(h->pixdim[3]), len[0], len[1], len[2]);
 }
 
 static void find_contradictions(const Header* h, OmVolumeInfo* info) {

@@ -228,7 +228,8 @@ static OmStatus resolve(const OmModelDef* def, OmBody* body, Census* c, OmModelR
     add_label(&c->real, 0);
     for (int i = 0; i < body->nlabel; i++) add_label(&c->real, body->label[i]);
     for_neighbours(&body->volume, find_ramp, c);
-    const bool is_between = c->nfraction > 0 || (c->ramp.n >= NDISTINCT && c->nramp > c->nabove / 100);
+    const bool is_between =
+        c->nfraction > 0 || (c->ramp.n >= NDISTINCT && c->nramp > c->nabove / 100);
     const int64_t n = c->nfraction + (c->ramp.n >= NDISTINCT ? c->nramp : 0);
     if (def->threshold > 0) {
         OM_CHECK(!c->real.is_full, OM_INVALID, "%s: threshold: more than %d labels", def->input,
@@ -236,19 +237,21 @@ static OmStatus resolve(const OmModelDef* def, OmBody* body, Census* c, OmModelR
         keep_labels_that_fit(&c->real);
         OM_TRY(give_to_labels(def, &c->real, body));
         if (is_between)
-            om__model_note(report,
-                           "%lld voxels (%.3g %% of those above 0) had values between labels: each is given "
-                           "to a label of which it has a share of %g",
-                           (long long)n, 100 * (double)n / (double)c->nabove, def->threshold);
+            om__model_note(
+                report,
+                "%lld voxels (%.3g %% of those above 0) had values between labels: each is given "
+                "to a label of which it has a share of %g",
+                (long long)n, 100 * (double)n / (double)c->nabove, def->threshold);
         return OM_OK;
     }
     if (is_between)
-        om__model_note(report,
-                       "%lld voxels (%.3g %% of those above 0) have values between labels and are %s: the "
-                       "map was probably interpolated after it was segmented (--threshold 0.5 gives each "
-                       "to the nearer label; better: resample with nearest neighbour)",
-                       (long long)n, 100 * (double)n / (double)c->nabove,
-                       body->nlabel ? "left out" : "taken whole");
+        om__model_note(
+            report,
+            "%lld voxels (%.3g %% of those above 0) have values between labels and are %s: the "
+            "map was probably interpolated after it was segmented (--threshold 0.5 gives each "
+            "to the nearer label; better: resample with nearest neighbour)",
+            (long long)n, 100 * (double)n / (double)c->nabove,
+            body->nlabel ? "left out" : "taken whole");
     return OM_OK;
 }
 

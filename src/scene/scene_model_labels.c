@@ -13,7 +13,7 @@
 enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256, CHUNK = 4096 };
 
 #define STORED_MAX 9007199254740992.0  // 2^53: a double holds whole numbers up to it
-#define WHOLE_MIN 0.3                  // share of whole numbers, above 0, from which a map has labels
+#define WHOLE_MIN 0.3  // share of whole numbers, above 0, from which a map has labels
 
 // ---- the values of a volume ---------------------------------------------------------------------------
 
@@ -340,10 +340,11 @@ static OmStatus choose_large(Chooser* c, double value) {
     OM_CHECK(value > 0 && value <= STORED_MAX, OM_INVALID,
              "%s: label %.0f: numbers from 0 to 2^53 are read: renumber the labels of the file",
              def->input, value);
-    OM_CHECK(!c->info->has_layers && !(def->threshold > 0), OM_INVALID,
-             "%s: label %.0f is above 2^31, which excludes layers of segments and a threshold: renumber the "
-             "labels of the file",
-             def->input, value);
+    OM_CHECK(
+        !c->info->has_layers && !(def->threshold > 0), OM_INVALID,
+        "%s: label %.0f is above 2^31, which excludes layers of segments and a threshold: renumber the "
+        "labels of the file",
+        def->input, value);
     for (int i = 0; i < c->nchoice; i++)
         if (c->choice[i].value == value) return OM_OK;
     OM_CHECK(c->nchoice < OM_MAX_LABEL, OM_INVALID, "label: at most %d", OM_MAX_LABEL);
@@ -547,7 +548,8 @@ static OmStatus renumber(const Chooser* c, OmBody* body, OmModelReport* report) 
              c->def->input, c->choice[0].value, c->nchoice > 1 ? " or any other of the list" : "");
     for (int i = 0; i < c->nchoice; i++) {
         if (c->choice[i].value <= INT_MAX) continue;
-        om__model_note(report, "label %.0f has the number %d in the model, where numbers are below 2^31",
+        om__model_note(report,
+                       "label %.0f has the number %d in the model, where numbers are below 2^31",
                        c->choice[i].value, c->choice[i].label);
     }
     return OM_OK;
@@ -579,12 +581,13 @@ static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport*
                           "--label all: every one)",
                           def->input, scan.nrow, all, c->info->nsegment ? " or NAME" : "");
     } else if (scan.nfraction > 0) {
-        status = om_error(OM_INVALID,
-                          "%s: %.2g %% of the voxels above 0 have values between whole numbers: choose with "
-                          "--label %.0f --threshold 0.5 if it was a map of labels that was interpolated, "
-                          "or with --window LO,HI",
-                          def->input, 100 * (double)scan.nfraction / (double)scan.nabove,
-                          scan.nrow ? scan.row[0].stored : 1);
+        status = om_error(
+            OM_INVALID,
+            "%s: %.2g %% of the voxels above 0 have values between whole numbers: choose with "
+            "--label %.0f --threshold 0.5 if it was a map of labels that was interpolated, "
+            "or with --window LO,HI",
+            def->input, 100 * (double)scan.nfraction / (double)scan.nabove,
+            scan.nrow ? scan.row[0].stored : 1);
     } else if (scan.nrow == 1 && scan.row[0].value < 0) {
         status = om_error(OM_INVALID, "%s holds one label, %.0f: choose it with --label %.0f",
                           def->input, scan.row[0].stored, scan.row[0].stored);

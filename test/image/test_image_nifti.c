@@ -169,14 +169,19 @@ static void test_sform_goes_before_qform(void** unused) {
 static void test_contradictions_are_named(void** unused) {
     (void)unused;
     static const struct {
-        double side, quatern[3], slice;  // sign of the first axis of the sform, qform, size of a slice
-        int code;                        // of the sform
-        const char* said;                // null: nothing
+        double side, quatern[3],
+            slice;         // sign of the first axis of the sform, qform, size of a slice
+        int code;          // of the sform
+        const char* said;  // null: nothing
     } row[] = {
         {1, {0, 0, 0}, 1.5, 1, NULL},
         {-1, {0, 0, 0}, 1.5, 1, "mirror each other (left and right)"},
         {-1, {0, 0, 0}, 1.5, 4, "mirror each other (left and right)"},  // also against an atlas
-        {1, {0, 0, 1}, 1.5, 1, "differ by a turn of 180 degrees, which may exchange left and right"},
+        {1,
+         {0, 0, 1},
+         1.5,
+         1,
+         "differ by a turn of 180 degrees, which may exchange left and right"},
         {1, {0, 0, 0.2}, 1.5, 1, "differ by a turn of 23 degrees"},
         {1, {0, 0, 0.2}, 1.5, 4, NULL},  // of the scanner and of an atlas: both may hold
         {1, {0, 0, 0}, 3, 1, "states voxels of 0.7 x 0.8 x 1.5, its sform of 0.7 x 0.8 x 3"},
@@ -189,7 +194,8 @@ static void test_contradictions_are_named(void** unused) {
         OmVolumeInfo info;
         OmVolume v;
         begin(&f, false, 2, 8);
-        put_sform(&f, om_mat3_diag(om_vec3(0.7 * row[i].side, 0.8, row[i].slice)), om_vec3(1, 2, 3));
+        put_sform(&f, om_mat3_diag(om_vec3(0.7 * row[i].side, 0.8, row[i].slice)),
+                  om_vec3(1, 2, 3));
         put16(&f, 254, row[i].code);
         put_qform(&f, row[i].quatern[0], row[i].quatern[1], row[i].quatern[2]);
         put_bytes(&f);

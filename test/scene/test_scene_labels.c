@@ -21,8 +21,8 @@ static double linear_at(double x, double y, double z, double low, double high) {
     const int i = (int)floor(x), j = (int)floor(y), k = (int)floor(z);
     double sum = 0;
     for (int c = 0; c < 8; c++) {
-        double w = (c & 1 ? x - i : 1 - x + i) * (c & 2 ? y - j : 1 - y + j) *
-                   (c & 4 ? z - k : 1 - z + k);
+        double w =
+            (c & 1 ? x - i : 1 - x + i) * (c & 2 ? y - j : 1 - y + j) * (c & 4 ? z - k : 1 - z + k);
         sum += w * coarse_at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2), low, high);
     }
     return sum;
@@ -36,7 +36,11 @@ static void make_fine(double low, double high, bool is_rounded, OmVolume* v) {
     for (int n = 0; n < FINE * FINE * FINE; n++) {
         double x[3];
         for (int a = 0; a < 3; a++)
-            x[a] = ((a == 0 ? n % FINE : a == 1 ? n / FINE % FINE : n / FINE / FINE) + 0.5) * step -
+            x[a] = ((a == 0   ? n % FINE
+                     : a == 1 ? n / FINE % FINE
+                              : n / FINE / FINE) +
+                    0.5) *
+                       step -
                    0.5;
         double f = linear_at(x[0], x[1], x[2], low, high);
         ((float*)v->voxel)[n] = (float)(is_rounded ? floor(f + 0.5) : f);
