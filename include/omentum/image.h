@@ -65,8 +65,8 @@ typedef struct OmVolumeInfo {  // header of a volume's file; om_volume_info_done
     bool has_layers;  // the volumes are layers of segments that may overlap (3D Slicer)
     double unit;      // of the lengths in the header, m; 0: not stated, millimetres are taken
     bool has_space;   // the header says how the voxels lie in the patient; false: taken as RAS
-    char
-        note[OM_VOLUME_NOTE];  // statements of the header that contradict each other; "" if none do
+    // statements of the header that contradict each other; "" if none do
+    char note[OM_VOLUME_NOTE];
     int nsegment;              //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;
