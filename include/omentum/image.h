@@ -67,7 +67,7 @@ typedef struct OmVolumeInfo {  // header of a volume's file; om_volume_info_done
     bool has_space;   // the header says how the voxels lie in the patient; false: taken as RAS
     // statements of the header that contradict each other; "" if none do
     char note[OM_VOLUME_NOTE];
-    int nsegment;              //
+    int nsegment;        //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;
 /// Read the header of a file: sizes, number of volumes, names of segments.
