@@ -263,6 +263,8 @@ def vtus():
     fields = '<FieldData>\n<DataArray type="String" Name="SPACE" NumberOfTuples="1" format="ascii">76 80 83 0' \
         '</DataArray>\n<DataArray type="Float64" Name="metres_per_unit" format="ascii">0.01</DataArray>\n</FieldData>\n'
     put("vtu/fields.vtu", grid(arrays(text)).replace("<Piece", fields + "<Piece", 1))
+    put("vtu/is_lps.vtu", grid(arrays(text)).replace(
+        "<Piece", fields.replace('"String" Name="SPACE"', '"Int32" Name="is_lps"').replace("76 80 83 0", "1") + "<Piece", 1))
     put("vtu/inline.vtu", grid(arrays(inline)))
     put("vtu/zlib.vtu", grid(arrays(inline_zlib), ' compressor="vtkZLibDataCompressor"'))
     for encoding in ("raw", "base64"):

@@ -1,8 +1,8 @@
 // shape_file_frame.c: the directions of x and y (RAS, LPS) and the unit that a file states.
 //
 // 3D Slicer writes "SPACE=LPS" or "SPACE=RAS" into the header of an STL, a comment of a PLY or OBJ, the title
-// of a VTK file, or a field SPACE of a VTU. Files of omentum add "UNIT=mm", and a VTU has a field
-// metres_per_unit.
+// of a VTK file, or a field SPACE of a VTU. Files of omentum add "UNIT=mm", and a VTU has the fields
+// metres_per_unit and is_lps.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"

@@ -484,8 +484,8 @@ static OmStatus read_array_tag(const Vtu* v, const Tag* tag, Array* a) {
     return attr_integer(v, tag, "offset", 0, &a->offset);
 }
 
-// Fields of the whole file: SPACE is a string, metres_per_unit a number. Other fields are ignored, and so
-// are these two if their type differs.
+// Fields of the whole file: is_lps and metres_per_unit are numbers; SPACE is a string, of 3D Slicer and of older
+// files of ours. Other fields are ignored, and so are these if their type differs.
 static OmStatus read_field(const Vtu* v, const Tag* tag, OmFileMesh* m) {
     Array a;
     OmStatus status = OM_OK;
@@ -497,6 +497,11 @@ static OmStatus read_field(const Vtu* v, const Tag* tag, OmFileMesh* m) {
         char text[] = "SPACE=...";
         for (int i = 0; status == OM_OK && i < 3; i++) text[6 + i] = (char)code[i];
         if (status == OM_OK && code[3] == 0) om__read_statement(m, text, sizeof text - 1);
+    } else if (om__is_word(a.name, "is_lps") && om__is_word(a.type, "Int32")) {
+        int64_t is_lps = -1;
+        status = read_values(v, &a, 1, NULL, &is_lps);
+        const char* text = is_lps == 1 ? "SPACE=LPS" : "SPACE=RAS";
+        if (status == OM_OK && (is_lps == 0 || is_lps == 1)) om__read_statement(m, text, strlen(text));
     } else if (om__is_word(a.name, "metres_per_unit") && om__is_word(a.type, "Float64")) {
         double unit;
         status = read_values(v, &a, 1, &unit, NULL);

@@ -110,17 +110,25 @@ done:
     return status;
 }
 
-// Unit and space of the file; strings are written as the codes of their letters and a zero.
-static OmStatus write_fields(OmText* text, OmMeshFrame frame) {
+// Unit and space of the file. Of a grid the space is a number, because meshio refuses files with strings; of a cloud,
+// which meshio does not read, it is the string of 3D Slicer: the codes of its letters and a zero.
+static OmStatus write_fields(OmText* text, OmMeshFrame frame, bool is_cloud) {
+    const bool is_lps = frame.space == OM_SPACE_LPS;
     char unit[OM_NUMBER_SIZE + 1];
     unit[om_number_write(unit, frame.unit)] = 0;
-    return om_text_append(
-        text,
-        "<FieldData>\n<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
-        "format=\"ascii\">\n%s 83 0\n</DataArray>\n<DataArray type=\"Float64\" "
-        "Name=\"metres_per_unit\" NumberOfTuples=\"1\" format=\"ascii\">\n%s\n</DataArray>\n"
-        "</FieldData>\n",
-        frame.space == OM_SPACE_LPS ? "76 80" : "82 65", unit);
+    OM_TRY(om_text_append(text, "<FieldData>\n"));
+    OM_TRY(is_cloud ? om_text_append(text,
+                                     "<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+                                     "format=\"ascii\">\n%s 83 0\n</DataArray>\n",
+                                     is_lps ? "76 80" : "82 65")
+                    : om_text_append(text,
+                                     "<DataArray type=\"Int32\" Name=\"is_lps\" NumberOfTuples=\"1\" "
+                                     "format=\"ascii\">\n%d\n</DataArray>\n",
+                                     is_lps));
+    return om_text_append(text,
+                          "<DataArray type=\"Float64\" Name=\"metres_per_unit\" NumberOfTuples=\"1\" "
+                          "format=\"ascii\">\n%s\n</DataArray>\n</FieldData>\n",
+                          unit);
 }
 
 static OmStatus write_head(OmText* text, const char* type, bool is_text) {
@@ -134,7 +142,7 @@ static OmStatus write_head(OmText* text, const char* type, bool is_text) {
 
 OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
     OM_TRY(write_head(text, "UnstructuredGrid", is_text));
-    OM_TRY(write_fields(text, out->frame));
+    OM_TRY(write_fields(text, out->frame, false));
     OM_TRY(om_text_append(text, "<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
                           out->mesh->nvert, out->mesh->ntet));
     OM_TRY(write_data(text, is_text, out));
@@ -170,7 +178,7 @@ OmStatus om__write_cloud_vtp(const OmPointCloud* cloud, OmMeshFrame frame, OmTex
     const OmMeshArray points = {"Points", OM_ARRAY_DOUBLE, 3, false, x};
     const OmMeshArray normals = {"Normals", OM_ARRAY_DOUBLE, 3, false, cloud->normal};
     OM_TRY_DONE(write_head(text, "PolyData", false));
-    OM_TRY_DONE(write_fields(text, frame));
+    OM_TRY_DONE(write_fields(text, frame, true));
     OM_TRY_DONE(om_text_append(text,
                                "<Piece NumberOfPoints=\"%d\" NumberOfVerts=\"%d\" "
                                "NumberOfPolys=\"%d\">\n<PointData>\n",

@@ -274,12 +274,12 @@ def test_spaces(folder):
     run(volume, "--edge", "4", "-o", out, "-q")
     x = numbers(out)
     with open(os.path.join(out, "tissue.vtu"), encoding="latin-1") as f:
-        expect(r'Name="SPACE"[^>]*>\n82 65 83 0\n', f.read())
+        expect(r'Name="is_lps"[^>]*>\n0\n', f.read())
     expect("tissue.vtu and organ.ply are in LPS", run(volume, "--edge", "4", "--export-space", "lps", "-o", again, "-q"))
     y = numbers(again)
     assert all(y[i] == (x[i] if i % 3 == 2 else -x[i]) for i in range(len(x))), "--export-space lps"
     with open(os.path.join(again, "tissue.vtu"), encoding="latin-1") as f:
-        expect(r'Name="SPACE"[^>]*>\n76 80 83 0\n', f.read())
+        expect(r'Name="is_lps"[^>]*>\n1\n', f.read())
     # read again by what the files say; and otherwise, as told
     third = os.path.join(folder, "b3")
     expect("positions are turned from LPS, as the file says, to RAS", run(

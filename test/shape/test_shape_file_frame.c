@@ -136,6 +136,14 @@ static void test_fields_of_vtu(void** unused) {
         {"<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" format=\"appended\" "
          "offset=\"0\"/>",
          "<AppendedData encoding=\"base64\">_BAAAAA==TFBTAA==</AppendedData>", OM_SPACE_LPS, 0},
+        {"<DataArray type=\"Int32\" Name=\"is_lps\" format=\"ascii\">1</DataArray>", "", OM_SPACE_LPS,
+         0},
+        {"<DataArray type=\"Int32\" Name=\"is_lps\" format=\"ascii\">0</DataArray>", "", OM_SPACE_RAS,
+         0},
+        {"<DataArray type=\"Int32\" Name=\"is_lps\" format=\"ascii\">7</DataArray>", "",
+         OM_SPACE_NONE, 0},
+        {"<DataArray type=\"Int32\" Name=\"is_lps\" format=\"ascii\"></DataArray>", "", OM_SPACE_NONE,
+         0},
         {"<DataArray type=\"Float64\" Name=\"metres_per_unit\" format=\"ascii\">0.01</DataArray>",
          "", OM_SPACE_NONE, 0.01},
         {"<DataArray type=\"String\" Name=\"SPACE\" format=\"ascii\">99</DataArray><DataArray "
