@@ -501,7 +501,8 @@ static OmStatus read_field(const Vtu* v, const Tag* tag, OmFileMesh* m) {
         int64_t is_lps = -1;
         status = read_values(v, &a, 1, NULL, &is_lps);
         const char* text = is_lps == 1 ? "SPACE=LPS" : "SPACE=RAS";
-        if (status == OM_OK && (is_lps == 0 || is_lps == 1)) om__read_statement(m, text, strlen(text));
+        if (status == OM_OK && (is_lps == 0 || is_lps == 1))
+            om__read_statement(m, text, strlen(text));
     } else if (om__is_word(a.name, "metres_per_unit") && om__is_word(a.type, "Float64")) {
         double unit;
         status = read_values(v, &a, 1, &unit, NULL);

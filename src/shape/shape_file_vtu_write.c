@@ -117,18 +117,20 @@ static OmStatus write_fields(OmText* text, OmMeshFrame frame, bool is_cloud) {
     char unit[OM_NUMBER_SIZE + 1];
     unit[om_number_write(unit, frame.unit)] = 0;
     OM_TRY(om_text_append(text, "<FieldData>\n"));
-    OM_TRY(is_cloud ? om_text_append(text,
-                                     "<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
-                                     "format=\"ascii\">\n%s 83 0\n</DataArray>\n",
-                                     is_lps ? "76 80" : "82 65")
-                    : om_text_append(text,
-                                     "<DataArray type=\"Int32\" Name=\"is_lps\" NumberOfTuples=\"1\" "
-                                     "format=\"ascii\">\n%d\n</DataArray>\n",
-                                     is_lps));
-    return om_text_append(text,
-                          "<DataArray type=\"Float64\" Name=\"metres_per_unit\" NumberOfTuples=\"1\" "
-                          "format=\"ascii\">\n%s\n</DataArray>\n</FieldData>\n",
-                          unit);
+    OM_TRY(is_cloud
+               ? om_text_append(text,
+                                "<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+                                "format=\"ascii\">\n%s 83 0\n</DataArray>\n",
+                                is_lps ? "76 80" : "82 65")
+               : om_text_append(text,
+                                "<DataArray type=\"Int32\" Name=\"is_lps\" NumberOfTuples=\"1\" "
+                                "format=\"ascii\">\n%d\n</DataArray>\n",
+                                is_lps));
+    return om_text_append(
+        text,
+        "<DataArray type=\"Float64\" Name=\"metres_per_unit\" NumberOfTuples=\"1\" "
+        "format=\"ascii\">\n%s\n</DataArray>\n</FieldData>\n",
+        unit);
 }
 
 static OmStatus write_head(OmText* text, const char* type, bool is_text) {
