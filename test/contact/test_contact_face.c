@@ -43,6 +43,8 @@ static void test_edge(void** test) {
         Slid out = run(&table[k]);
         assert_below(fabs(out.aside[0] - out.aside[1]), 0.01);
         assert_below(fabs(out.held[0] - out.held[1]), 0.01);
+        assert_below(out.nsolve, 30);
+        assert_below(out.nsubstep, 3);
     }
 }
 
