@@ -3,6 +3,7 @@
 #define OMENTUM_FUZZ_SHAPE_H
 
 #include "fuzz_common.h"
+#include "omentum/shape_repair.h"
 #include "omentum/shape_tet10.h"
 
 /// What was read is written and read again: the same mesh. (Only the bytes of positions count: a set may
@@ -57,6 +58,8 @@ static inline void fuzz_tet_mesh(const uint8_t* data, size_t size, const char* s
     FUZZ_EXPECT(mesh.nvert >= 4 && mesh.ntet >= 1);
     FUZZ_EXPECT(om_tet_mesh_validate(&mesh) == OM_OK);
     fuzz_save_tet_mesh(&mesh, suffix);
+    FUZZ_EXPECT(om_tet_mesh_weld(&mesh, 0, NULL) <= 0);
+    FUZZ_EXPECT(om_tet_mesh_validate(&mesh) == OM_OK);
     om_tet_mesh_done(&mesh);
 }
 
@@ -105,6 +108,11 @@ static inline void fuzz_surface(const uint8_t* data, size_t size, const char* su
     FUZZ_EXPECT(om_surface_check(&surface, &check) == OM_OK);
     bool is_volume = strcmp(suffix, ".msh") == 0 || strcmp(suffix, ".vtu") == 0;
     fuzz_save_surface(&surface, is_volume ? ".ply" : suffix);
+    // whatever the triangles are, the repair ends, and what it accepts has edges that exist
+    OmSurfaceRepairDef def = om_surface_repair_default_def();
+    def.mode = size % 2 ? OM_REPAIR_ALL : OM_REPAIR_MEND;
+    FUZZ_EXPECT(om_surface_repair(&def, &surface, NULL) <= 0);
+    FUZZ_EXPECT(om_surface_check(&surface, &check) == OM_OK);
     om_surface_done(&surface);
 }
 

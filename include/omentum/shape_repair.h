@@ -85,7 +85,8 @@ typedef struct OmTetMeshWeld {
 /// Join faces of the boundary that lie on each other: their vertices are doubled, and the body would come apart there.
 /// Vertices that coincide elsewhere stay apart. Sets keep their vertices.
 /// @param tolerance  m; 0: 1e-6 of the diagonal of the box. At most a tenth of the shortest edge counts.
-/// @return OM_OK; OM_INVALID (a mesh that om_tet_mesh_validate refuses); OM_NO_MEMORY, the mesh is as before
+/// @return OM_OK; OM_INVALID (a mesh that om_tet_mesh_validate refuses, or a face of three elements); OM_NO_MEMORY, the
+///         mesh is as before
 OM_API OmStatus om_tet_mesh_weld(OmTetMesh* mesh, double tolerance, OmTetMeshWeld* report);
 
 #ifdef __cplusplus

@@ -162,8 +162,9 @@ static OmStatus take_surface(const OmSurface* s, OmMend* m) {
         hi = om_max3(hi, p);
     }
     m->diagonal = om_distance(lo, hi);
-    OM_CHECK(m->diagonal > 0 && isfinite(m->diagonal), OM_INVALID,
-             "all triangles of the surface are one point, or too far apart");
+    // products of nine lengths must neither over- nor underflow
+    OM_CHECK(m->diagonal > 1e-9 && om_norm(lo) < 1e9 && om_norm(hi) < 1e9, OM_INVALID,
+             "all triangles of the surface are one point, or farther apart than any body");
     m->nvert = m->vertcap = s->nvert;
     m->ntri = m->tricap = s->ntri;
     OM_ALLOC_DONE(m->x, 3 * (size_t)s->nvert);
