@@ -292,7 +292,7 @@ OmStatus om__mend_crossings(OmMend* m) {
     OmWinding tree;
     const OmSurface s = {m->nvert, m->ntri, m->x, m->tri};
     OM_TRY(om__winding_init(&s, NULL, 0, &tree));
-    Crossings c = {.m = m, .tree = &tree, .budget = 1e6 + 500.0 * m->ntri, .first = -1};
+    Crossings c = {.m = m, .tree = &tree, .budget = 1e6 + 200.0 * m->ntri, .first = -1};
     look_at_nodes(&c, 0, 0);
     om__winding_done(&tree);
     if (c.num > 0) om__mend_found(m, OM_DEFECT_CROSSING, c.num, om__mend_center(m, c.first));

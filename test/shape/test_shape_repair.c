@@ -338,6 +338,8 @@ static void test_touching(void** unused) {
         assert_ok(om_surface_repair(&def, &s, &r));
         assert_near(r.volume, k == 3 ? 1.5 : 2, 5e-3);
         assert_int_equal(count_of(&r, OM_DEFECT_OPEN), 0);
+        if (k == 0) assert_only(&r, OM_DEFECT_DUPLICATE, OM_NDEFECT);
+        if (k == 0) assert_int_equal(count_of(&r, OM_DEFECT_DUPLICATE), 16);
         assert_int_equal(count_of(&r, OM_DEFECT_TOUCHING), k == 1 ? 2
                                                            : k == 3
                                                                ? count_of(&r, OM_DEFECT_TOUCHING)
