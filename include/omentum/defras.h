@@ -63,7 +63,8 @@ OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progre
 
 typedef struct OmRetractEstimate {  // of a run that has not begun
     int twin_nvert, twin_ntet, world_nvert, world_ntet;
-    int twin_nattached, world_nattached;  // vertices
+    int twin_nattached, world_nattached;  // vertices, of the twin without nadded
+    int nadded;  // vertices of the twin that were attached beside these, so that it does not slide off
     // blocks of the grid; those with a grasping point that is not above an attachment
     int nblock, ngrasp;
     double visibility;  // of the ROI before any action, 0 to 1

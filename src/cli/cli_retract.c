@@ -238,7 +238,9 @@ static int dry_run(OmCliRetract* s) {
     om_cli_progress_done();
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);  // ru_maxrss counts kilobytes
-    printf("%s, layout %d: the scene can be run\n", scene->name, scene->seed);
+    const bool is_seen = e.visibility >= scene->task.visibility;
+    printf("%s, layout %d: the scene can be run%s\n", scene->name, scene->seed,
+           is_seen ? ", but its ROI is in view before any action" : "");
     printf("  twin: %d vertices (%d attached), %d tetrahedra; truth: %d vertices (%d attached), %d "
            "tetrahedra\n",
            e.twin_nvert, e.twin_nattached, e.twin_ntet, e.world_nvert, e.world_nattached,
@@ -253,8 +255,18 @@ static int dry_run(OmCliRetract* s) {
         "  time: %.1f s to begin, then about %.2f s for each second of operation (tissue at rest; "
         "lifted tissue takes longer); at most %d actions\n",
         e.begin_time, e.time_rate, scene->task.max_actions);
-    if (e.visibility >= scene->task.visibility)
-        printf("  note: the ROI is already visible: a run ends at once, with exit code 1\n");
+    if (is_seen)
+        printf(
+            "  warning: %.0f %% of the ROI is already visible: a run ends at once, with exit code 1; cover the ROI "
+            "with more tissue, move it or turn the endoscope\n",
+            100 * e.visibility);
+    else if (e.visibility > 0.5 * scene->task.visibility)
+        printf("  warning: %.0f %% of the ROI is already visible: little is hidden\n",
+               100 * e.visibility);
+    if (e.nadded > 0)
+        printf(
+            "  note: the twin slid off while it settled; %d vertices more are attached, so that it stays\n",
+            e.nadded);
     if (e.nplanned == 0) printf("  note: no plan is found: a run ends at once, with exit code 1\n");
     if (!e.is_settled) printf("  note: the tissue still moves when the operation begins\n");
     if (e.has_slid) printf("  note: the tissue slides while it settles\n");

@@ -121,16 +121,49 @@ OmStatus om__view_render_bare(OmView* v, OmWindow window, OmPicture* picture) {
     return status;
 }
 
+#define STEP_DEG 5  // between the elevations that are tried
+
+// In words: the elevation nearest to the scene's from which enough of the ROI is seen, or the best one.
+static OmStatus find_elevation(const OmScene* scene, OmView* view, double min, char* out,
+                               size_t size) {
+    OmSceneCamera c = scene->endoscope;
+    const double now = c.elevation * 180 / OM_PI;
+    double works = NAN, best = 0, seen = -1;
+    for (int deg = STEP_DEG; deg <= 90; deg += STEP_DEG) {
+        OmVisibility v = {0};
+        c.elevation = deg * OM_PI / 180;
+        view->camera = om__world_camera(view->site, &c, -1);
+        OM_TRY(om_view_look(view, NULL, &v));
+        const double share = (double)v.nseen / v.npoint;
+        if (share > seen) {
+            seen = share;
+            best = deg;
+        }
+        if (share >= min && !(fabs(deg - now) >= fabs(works - now))) works = deg;
+    }
+    if (isnan(works))
+        snprintf(out, size,
+                 "no elevation_deg of the endoscope shows enough, the best is %g with %.0f %%: move the ROI", best,
+                 100 * seen);
+    else
+        snprintf(out, size, "elevation_deg: %g of the endoscope shows enough", works);
+    return OM_OK;
+}
+
 OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
     OmVisibility v = {0};
     OmView* view;
+    char elevation[160];
+    const double min = fmax(OM_WORLD_MIN_VISIBLE, scene->task.visibility);
     OM_TRY(om_view_create(scene, site, &view));
     OmStatus status = om_view_look(view, NULL, &v);
+    const bool is_seen = status == OM_OK && v.nseen >= min * v.npoint;
+    if (status == OM_OK && !is_seen)
+        status = find_elevation(scene, view, min, elevation, sizeof elevation);
     om_view_destroy(view);
     OM_TRY(status);
-    double min = fmax(OM_WORLD_MIN_VISIBLE, scene->task.visibility);
-    if (v.nseen >= min * v.npoint) return OM_OK;
-    const char* remedy = "raise the endoscope's elevation_deg or move the ROI";
+    if (is_seen) return OM_OK;
+    const char* remedy = elevation;
     if (v.noutside >= v.naway && v.noutside >= v.nhidden)
         remedy =
             scene->endoscope.focal[0] > 0

@@ -17,7 +17,8 @@ no-file example
 
 $ sed -e 's/lo_mm:.*/lo_mm: [40, -100, -1]/' -e 's/  source: sheet/  source: sheet\n  board: false/' small.yaml > slid.yaml && omentum retract slid.yaml --dry-run -q
 exit 0
-out note: the ROI is already visible
+out the scene can be run, but its ROI is in view before any action
+out warning: \d+ % of the ROI is already visible: a run ends at once
 out note: the tissue slides while it settles
 
 $ omentum retract --example small.yaml
