@@ -322,6 +322,33 @@ static void test_most_that_can_be_seen(void** state) {
     om_site_done(&site);
 }
 
+static void turn_roi(OmSite* site, OmVec3 n) {
+    n = om_quat_rotate(site->pose_world_field.q, om_normalize(n));
+    for (int i = 0; i < site->nroi; ++i) om_store3(site->roi_n, i, n);
+}
+
+// A region that faces away from an endoscope below 45 degrees: the message names an elevation that works.
+static void test_an_elevation_that_works_is_named(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    OmSite site;
+    double deg;
+    scene.endoscope.elevation = 20 * OM_PI / 180;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    turn_roi(&site, om_vec3(1, 0, 1));  // the endoscope is on the side of negative x
+    assert_status(om_world_check_visible(&scene, &site), OM_INVALID);
+    const char* said = strstr(om_error_message(), "elevation_deg: ");
+    assert_non_null(said);
+    assert_int_equal(sscanf(said, "elevation_deg: %lf of the endoscope shows enough", &deg), 1);
+    assert_true(deg >= 45 && deg <= 65);
+    scene.endoscope.elevation = deg * OM_PI / 180;
+    assert_ok(om_world_check_visible(&scene, &site));
+    turn_roi(&site, om_vec3(0, 0, -1));
+    assert_status(om_world_check_visible(&scene, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "no elevation_deg of the endoscope shows enough"));
+    om_site_done(&site);
+}
+
 // What is measured is off by an offset that stays and a tremor; the truth does not depend on it.
 static void test_noise_is_of_the_measurement(void** state) {
     (void)state;
@@ -573,6 +600,7 @@ int main(void) {
         cmocka_unit_test(test_jaws_close_on_tissue),
         cmocka_unit_test(test_hidden_at_first),
         cmocka_unit_test(test_most_that_can_be_seen),
+        cmocka_unit_test(test_an_elevation_that_works_is_named),
         cmocka_unit_test(test_noise_is_of_the_measurement),
         cmocka_unit_test(test_snapshots),
         cmocka_unit_test(test_materials_of_a_site),
