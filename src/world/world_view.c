@@ -142,9 +142,10 @@ static OmStatus find_elevation(const OmScene* scene, OmView* view, double min, c
         if (share >= min && !(fabs(deg - now) >= fabs(works - now))) works = deg;
     }
     if (isnan(works))
-        snprintf(out, size,
-                 "no elevation_deg of the endoscope shows enough, the best is %g with %.0f %%: move the ROI", best,
-                 100 * seen);
+        snprintf(
+            out, size,
+            "no elevation_deg of the endoscope shows enough, the best is %g with %.0f %%: move the ROI",
+            best, 100 * seen);
     else
         snprintf(out, size, "elevation_deg: %g of the endoscope shows enough", works);
     return OM_OK;
