@@ -111,7 +111,7 @@ static double distance_95(const OmSurface* from, const OmSurface* to) {
 
 static void contour_of(const OmSurface* s, OmSurface* contour) {
     OmSdf sdf;
-    const OmSdfDef def = om_sdf_default_def(0.5 * STEP);
+    const OmSdfDef def = om_sdf_default_def((test_is_slow() ? 0.5 : 0.75) * STEP);
     assert_ok(om_sdf_from_surface(s, &def, &sdf));
     assert_ok(om_surface_from_sdf(&sdf, 0, contour));
     om_sdf_done(&sdf);
