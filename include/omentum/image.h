@@ -95,7 +95,23 @@ OM_API double om_volume_value(const OmVolume* volume, size_t voxel);
 /// The same for `count` voxels from `first` on.
 OM_API void om_volume_values(const OmVolume* volume, size_t first, size_t count, double* out);
 
-/// DICOM is not read. For a DICOM file or a folder that holds one the message is the command that converts it.
+/// Does a path name a DICOM file, or a folder with one among its first entries?
+OM_API bool om_dicom_is_there(const char* path);
+typedef struct OmDicomSeries {  // om_dicom_done removes the folder
+    char dir[256];    // temporary folder of what dcm2niix wrote
+    char path[1100];  // of the volume in it
+} OmDicomSeries;
+/// A line of dcm2niix, in ASCII.
+typedef void (*OmDicomSay)(void* ctx, const char* line);
+/// Convert a DICOM series to NIfTI by the program dcm2niix, a package of its own on PATH. `path` is a folder with one
+/// series, or one of its files. The temporary folder is made below $TMPDIR. `say` may be null.
+/// @return OM_OK; OM_UNAVAILABLE (dcm2niix is not installed); OM_INVALID (no DICOM, a segmentation, several series,
+///         dcm2niix failed: the message has the remedy); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_dicom_convert(const char* path, OmDicomSay say, void* ctx,
+                                 OmDicomSeries* series);
+OM_API void om_dicom_done(OmDicomSeries* series);
+/// The readers of volumes do not read DICOM. For a DICOM file or a folder that holds one the message is the command that
+/// converts it.
 /// @return OM_OK: no DICOM is there; OM_INVALID: it is DICOM
 OM_API OmStatus om_volume_refuse_dicom(const char* path);
 

@@ -1,6 +1,7 @@
 """Patient models: from a label map to a mesh with attachments and a region of interest."""
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import pathlib
@@ -12,7 +13,7 @@ import numpy as np
 from . import _capi as c
 from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of
 from .mesh import Surface, TetMesh
-from .volume import Volume
+from .volume import Volume, without_dicom
 
 
 class Patient:
@@ -83,7 +84,7 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
                   name: str | None = None, progress: bool | ProgressFunction | None = None, **options: Any) -> Patient:
     """Build a patient model from a label map or a file.
 
-    source: a Volume, or a file: NIfTI, NRRD, a volume mesh, a closed surface.
+    source: a Volume, or a file: NIfTI, NRRD, a volume mesh, a closed surface; a DICOM series, where dcm2niix is installed.
     edge: mean edge of the mesh, m.
     label: labels that are meshed together, by number or by the name in the file; None: the one label above 0.
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
@@ -117,6 +118,11 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
     raw, report = c.OmPatient(), c.OmModelReport()
     handle = _own(raw)  # before the call: Ctrl-C may come when it has succeeded
     volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None
-    with Progress(progress) as listener:
+    with contextlib.ExitStack() as stack:
+        if volume is None:
+            file = stack.enter_context(without_dicom(source))
+            if file != path:
+                definition.input = file.decode()
+        listener = stack.enter_context(Progress(progress))
         lib.om_model_build_volume(ctypes.byref(definition), volume, listener.pointer, ctypes.byref(raw), ctypes.byref(report))
     return Patient(handle, report)

@@ -1,8 +1,10 @@
 """Volumes (CT, MR, label maps) and pictures."""
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -52,14 +54,15 @@ class Volume:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], entry: int = -1, max_bytes: int = c.OM_VOLUME_MAX_SIZE) -> Volume:
-        """Read NIfTI (.nii, .nii.gz, .hdr) or NRRD (.nrrd, .nhdr).
+        """Read NIfTI (.nii, .nii.gz, .hdr) or NRRD (.nrrd, .nhdr), or a folder with a DICOM series where dcm2niix is installed.
 
         entry: which volume of a file of several, from 0; -1: the only one.
         max_bytes: a larger volume is refused from its header.
         The voxels are a view of the memory that the reader filled, in the type of the file, where its scale is 1.
         """
         raw = c.OmVolume()
-        lib.om_volume_load_within(path_of(path), entry, max_bytes, ctypes.byref(raw))
+        with without_dicom(path) as file:
+            lib.om_volume_load_within(file, entry, max_bytes, ctypes.byref(raw))
         return cls._take(raw)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -103,6 +106,21 @@ class Volume:
     def __repr__(self) -> str:
         side = ", ".join(f"{1e3 * s:.3g}" for s in self.spacing)
         return f"Volume({'x'.join(map(str, self.values.shape))} {self.values.dtype}, voxels of ({side}) mm)"
+
+
+@contextlib.contextmanager
+def without_dicom(path: str | os.PathLike[str]) -> Iterator[bytes]:
+    """The path of a file; of a DICOM series that of a volume in a temporary folder, which dcm2niix writes."""
+    given = path_of(path)
+    if not lib.om_dicom_is_there(given):
+        yield given
+        return
+    series = c.OmDicomSeries()
+    lib.om_dicom_convert(given, c.OmDicomSay(), None, ctypes.byref(series))
+    try:
+        yield series.path.encode() if isinstance(series.path, str) else series.path
+    finally:
+        lib.om_dicom_done(ctypes.byref(series))
 
 
 def picture_array(picture: Any) -> np.ndarray:

@@ -118,6 +118,34 @@ def test_nibabel_writes_what_is_read(tmp_path):
     assert read.affine[:3] == pytest.approx(1e-3 * affine[:3], abs=1e-9)
 
 
+def test_a_dicom_series_is_read_by_dcm2niix(monkeypatch, tmp_path):
+    """By a script in its place, which writes a volume of nibabel; without it the message says what to install."""
+    nibabel = pytest.importorskip("nibabel")
+    i, j, k = np.meshgrid(*[np.arange(16) - 7.5] * 3, indexing="ij")
+    values = (i**2 + j**2 + k**2 < 40).astype(np.uint8)
+    nibabel.save(nibabel.Nifti1Image(values, np.diag([3, 3, 3, 1])), tmp_path / "v.nii")
+    (tmp_path / "series").mkdir()
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "series/IM1").write_bytes(bytes(128) + b"DICM")
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    with pytest.raises(om.Error, match="dcm2niix, which is not installed"):
+        om.Volume.load(tmp_path / "series")
+    (tmp_path / "bin").mkdir()
+    script = tmp_path / "bin/dcm2niix"
+    script.write_text(f'#!/bin/sh\n/bin/cp {tmp_path}/v.nii "$8/1_ct.nii"\n')
+    script.chmod(0o755)
+    monkeypatch.setenv("PATH", str(script.parent))
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
+    assert np.array_equal(om.Volume.load(tmp_path / "series").values, values)
+    patient = build_patient(tmp_path / "series")
+    assert patient.mesh.volume == pytest.approx(values.sum() * 27e-9, rel=0.05) and patient.name == "series"
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+def build_patient(path):
+    return om.build_patient(path, edge=0.006, label=1, has_bending_test=False)
+
+
 def test_pynrrd_reads_volumes(tmp_path):
     nrrd = pytest.importorskip("nrrd")
     values = np.arange(24, dtype=np.int16).reshape(2, 3, 4)

@@ -409,6 +409,43 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
     printf("%s: written in %.1f s; open report.html\n", dir, r->seconds);
 }
 
+static void print_line(void* ctx, const char* line) {
+    (void)ctx;
+    printf("dcm2niix: %s\n", line);
+}
+
+// A DICOM series is converted into a temporary folder, from which the model is built.
+static OmStatus take_dicom(const char* input, OmModelDef* def, OmDicomSeries* series) {
+    memset(series, 0, sizeof *series);
+    if (!om_dicom_is_there(input)) return OM_OK;
+    OM_TRY(om_dicom_convert(input, print_line, NULL, series));
+    const bool is_short =
+        snprintf(def->input, sizeof def->input, "%s", series->path) < (int)sizeof def->input;
+    if (!def->name[0] || def->name[0] == '.') snprintf(def->name, sizeof def->name, "dicom");
+    if (!is_short) om_dicom_done(series);
+    return is_short ? OM_OK : om_error(OM_INVALID, "%s: the path is too long", input);
+}
+
+static int build(const OmModelDef* def, OmSpace export_space, bool is_quiet, const char* dir) {
+    OmPatient patient;
+    OmModelReport report;
+    const OmProgress* progress = om_cli_progress(is_quiet);
+    OmStatus status = om_model_build(def, progress, &patient, &report);
+    if (status < 0) return om_cli_fail("model", status);
+    patient.file_space = export_space;
+    status = om_progress_report(progress, "writing", 0, 1);
+    if (status == OM_OK) status = om_patient_save(&patient, &report, dir);
+    if (status == OM_OK) {
+        om_cli_progress_done();
+        print_summary(&patient, &report, dir);
+        if (export_space == OM_SPACE_LPS)
+            printf(
+                "tissue.vtu and organ.ply are in LPS and state it; patient.yaml is always in RAS\n");
+    }
+    om_patient_done(&patient);
+    return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
+}
+
 int om_cli_model(int argc, char** argv) {
     const OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
@@ -431,28 +468,16 @@ int om_cli_model(int argc, char** argv) {
         return OM_EXIT_USAGE;
     }
 
-    if (is_list) return om_cli_model_list(&def, om_cli_get(&args, "--quiet") != NULL);
-
-    OmPatient patient;
-    OmModelReport report;
-    status = om_cli_check_apart(dir, &input, 1);
-    if (status == OM_OK) status = om_folder_check(dir, OM_PATIENT_KIND);
+    OmDicomSeries dicom = {0};
+    if (!is_list) status = om_cli_check_apart(dir, &input, 1);
+    if (!is_list && status == OM_OK) status = om_folder_check(dir, OM_PATIENT_KIND);
+    if (status == OM_OK) status = take_dicom(input, &def, &dicom);
     if (status < 0) return om_cli_fail("model", status);
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
-    status = om_model_build(&def, progress, &patient, &report);
-    if (status < 0) return om_cli_fail("model", status);
-    patient.file_space = export_space;
-    status = om_progress_report(progress, "writing", 0, 1);
-    if (status == OM_OK) status = om_patient_save(&patient, &report, dir);
-    if (status == OM_OK) {
-        om_cli_progress_done();
-        print_summary(&patient, &report, dir);
-        if (export_space == OM_SPACE_LPS)
-            printf(
-                "tissue.vtu and organ.ply are in LPS and state it; patient.yaml is always in RAS\n");
-    }
-    om_patient_done(&patient);
-    return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
+    const bool is_quiet = om_cli_get(&args, "--quiet") != NULL;
+    int code = is_list ? om_cli_model_list(&def, is_quiet)
+                       : build(&def, export_space, is_quiet, dir);
+    om_dicom_done(&dicom);
+    return code;
 }
 
 const OmCliVerb om_cli_verb_model = {
@@ -462,8 +487,8 @@ const OmCliVerb om_cli_verb_model = {
     .usage = "omentum model INPUT -o DIR [options]\n"
              "omentum model --list INPUT",
     .about =
-        "Builds a patient model from a volume (NIfTI, NRRD), a volume mesh (msh, vtk, vtu) or a\n"
-        "surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
+        "Builds a patient model from a volume (NIfTI, NRRD; a DICOM series, where dcm2niix is\n"
+        "installed), a volume mesh (msh, vtk, vtu) or a surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
         "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"
         "organ.ply, report.json and report.html, all of them or none.\n"
         "\n"

@@ -114,13 +114,13 @@ err empty\.nii\.gz: .*too early
 err-lines 1
 no-file none2
 
-# DICOM is known by its mark, also in folders of a disc; the message is the command to run.
-$ mkdir -p "a disc/DICOM/PAT0"; (head -c 128 /dev/zero; printf 'DICM\2\0') > "a disc/DICOM/PAT0/IM1"; omentum model "a disc" -q -o none2
+# DICOM is known by its mark, also in folders of a disc; without dcm2niix the message is the command to run.
+$ mkdir -p "a disc/DICOM/PAT0"; (head -c 128 /dev/zero; printf 'DICM\2\0') > "a disc/DICOM/PAT0/IM1"; PATH=/nowhere $OMENTUM model "a disc" -q -o none2
 exit 3
-err a disc: DICOM is not read; convert the series with: dcm2niix -z y -f %d_%s -o \. "a disc" \(package dcm2niix\)
+err a disc: DICOM is read by dcm2niix, which is not installed: install the package dcm2niix, or .* with: dcm2niix -z y -f %d_%s -o \. "a disc" and give the \.nii\.gz
 err-lines 1
 no-file none2
-$ omentum model --list "a disc/DICOM/PAT0/IM1"
+$ PATH=/nowhere $OMENTUM model --list "a disc/DICOM/PAT0/IM1"
 exit 3
 err dcm2niix .* "a disc/DICOM/PAT0" 
 
