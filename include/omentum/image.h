@@ -98,8 +98,8 @@ OM_API void om_volume_values(const OmVolume* volume, size_t first, size_t count,
 /// Does a path name a DICOM file, or a folder with one among its first entries?
 OM_API bool om_dicom_is_there(const char* path);
 typedef struct OmDicomSeries {  // om_dicom_done removes the folder
-    char dir[256];    // temporary folder of what dcm2niix wrote
-    char path[1100];  // of the volume in it
+    char dir[256];              // temporary folder of what dcm2niix wrote
+    char path[1100];            // of the volume in it
 } OmDicomSeries;
 /// A line of dcm2niix, in ASCII.
 typedef void (*OmDicomSay)(void* ctx, const char* line);

@@ -474,8 +474,8 @@ int om_cli_model(int argc, char** argv) {
     if (status == OM_OK) status = take_dicom(input, &def, &dicom);
     if (status < 0) return om_cli_fail("model", status);
     const bool is_quiet = om_cli_get(&args, "--quiet") != NULL;
-    int code = is_list ? om_cli_model_list(&def, is_quiet)
-                       : build(&def, export_space, is_quiet, dir);
+    int code =
+        is_list ? om_cli_model_list(&def, is_quiet) : build(&def, export_space, is_quiet, dir);
     om_dicom_done(&dicom);
     return code;
 }

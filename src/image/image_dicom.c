@@ -36,7 +36,8 @@ static Kind kind_of_head(const char* head, size_t size) {
                  {"1.2.840.10008.5.1.4.1.1.481.3", KIND_STRUCTURES}};
     for (size_t at = PREAMBLE + 4; at + 8 <= size; at++) {
         if (memcmp(head + at, tag, sizeof tag) != 0) continue;
-        size_t len = (size_t)(unsigned char)head[at + 6] + 256 * (size_t)(unsigned char)head[at + 7];
+        size_t len =
+            (size_t)(unsigned char)head[at + 6] + 256 * (size_t)(unsigned char)head[at + 7];
         const char* uid = head + at + 8;
         if (len > size - at - 8) return KIND_IMAGES;
         while (len > 0 && (uid[len - 1] == 0 || uid[len - 1] == ' ')) len--;
@@ -65,7 +66,8 @@ static Kind kind_of_file(const char* path) {
 static Kind find_kind(const char* path, int depth, int* budget) {
     Kind kind = kind_of_file(path);
     DIR* dir = kind == KIND_NONE && depth < MAX_DEPTH ? opendir(path) : NULL;
-    for (struct dirent* e; dir && kind != KIND_IMAGES && *budget > 0 && (e = readdir(dir)) != NULL;) {
+    for (struct dirent* e;
+         dir && kind != KIND_IMAGES && *budget > 0 && (e = readdir(dir)) != NULL;) {
         char entry[2048];
         if (e->d_name[0] == '.') continue;
         --*budget;
@@ -86,16 +88,18 @@ bool om_dicom_is_there(const char* path) { return kind_of(path) != KIND_NONE; }
 
 static OmStatus refuse_labels(const char* path, Kind kind) {
     if (kind == KIND_SEGMENTATION)
-        return om_error(OM_INVALID,
-                        "%s: a DICOM segmentation (DICOM-SEG) is not read: convert it with segimage2itkimage "
-                        "--inputDICOM FILE --outputDirectory DIR -t nrrd (package dcmqi), or load it in 3D "
-                        "Slicer (extension QuantitativeReporting) and export it as .seg.nrrd",
-                        path);
+        return om_error(
+            OM_INVALID,
+            "%s: a DICOM segmentation (DICOM-SEG) is not read: convert it with segimage2itkimage "
+            "--inputDICOM FILE --outputDirectory DIR -t nrrd (package dcmqi), or load it in 3D "
+            "Slicer (extension QuantitativeReporting) and export it as .seg.nrrd",
+            path);
     if (kind == KIND_STRUCTURES)
-        return om_error(OM_INVALID,
-                        "%s: DICOM contours (RTSTRUCT) are not read: load them in 3D Slicer (extension "
-                        "SlicerRT) and export them as .seg.nrrd",
-                        path);
+        return om_error(
+            OM_INVALID,
+            "%s: DICOM contours (RTSTRUCT) are not read: load them in 3D Slicer (extension "
+            "SlicerRT) and export them as .seg.nrrd",
+            path);
     return OM_OK;
 }
 
@@ -151,11 +155,12 @@ static void hear(Talk* t, const char* bytes, size_t n) {
 }
 
 static OmStatus not_installed(const char* path, const char* dir) {
-    return om_error(OM_UNAVAILABLE,
-                    "%s: DICOM is read by dcm2niix, which is not installed: install the package dcm2niix, or convert "
-                    "the series elsewhere with: dcm2niix -z y -f %%d_%%s -o . \"%s\" and give the .nii.gz that it "
-                    "writes",
-                    path, dir);
+    return om_error(
+        OM_UNAVAILABLE,
+        "%s: DICOM is read by dcm2niix, which is not installed: install the package dcm2niix, or convert "
+        "the series elsewhere with: dcm2niix -z y -f %%d_%%s -o . \"%s\" and give the .nii.gz that it "
+        "writes",
+        path, dir);
 }
 
 // Start the program with its output in a pipe; `*fd` is the end to read.
@@ -267,10 +272,11 @@ static OmStatus choose(const char* path, const Talk* talk, OmDicomSeries* series
             om__segment_name(name[i], strlen(name[i]) - 4, word);
             len += (size_t)snprintf(list + len, sizeof list - len, "%s%.60s", i ? ", " : "", word);
         }
-        return om_error(OM_INVALID,
-                        "%s holds several series (number_description): %s%s: put one into a folder of its own, or convert "
-                        "them with dcm2niix and give one of the volumes",
-                        path, list, n > 8 ? " and more" : "");
+        return om_error(
+            OM_INVALID,
+            "%s holds several series (number_description): %s%s: put one into a folder of its own, or convert "
+            "them with dcm2niix and give one of the volumes",
+            path, list, n > 8 ? " and more" : "");
     }
     return om_path_join(series->dir, name[best], series->path, sizeof series->path);
 }
@@ -282,7 +288,8 @@ OmStatus om_dicom_convert(const char* path, OmDicomSay say, void* ctx, OmDicomSe
     OM_TRY(refuse_labels(path, kind));
     const char* place = getenv("TMPDIR");
     char dir[sizeof series->dir];
-    int len = snprintf(dir, sizeof dir, "%s/omentum-dicom-XXXXXX", place && place[0] ? place : "/tmp");
+    int len =
+        snprintf(dir, sizeof dir, "%s/omentum-dicom-XXXXXX", place && place[0] ? place : "/tmp");
     OM_CHECK(len < (int)sizeof dir, OM_INVALID, "TMPDIR: the path is too long");
     OM_CHECK(mkdtemp(dir), OM_IO, "%s: no temporary folder: %s", dir, strerror(errno));
     memcpy(series->dir, dir, sizeof dir);
