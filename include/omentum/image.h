@@ -110,8 +110,8 @@ typedef void (*OmDicomSay)(void* ctx, const char* line);
 OM_API OmStatus om_dicom_convert(const char* path, OmDicomSay say, void* ctx,
                                  OmDicomSeries* series);
 OM_API void om_dicom_done(OmDicomSeries* series);
-/// The readers of volumes do not read DICOM. For a DICOM file or a folder that holds one the message is the command that
-/// converts it.
+/// The readers of volumes do not read DICOM. For a DICOM file or a folder that holds one the message is the command
+/// that converts it.
 /// @return OM_OK: no DICOM is there; OM_INVALID: it is DICOM
 OM_API OmStatus om_volume_refuse_dicom(const char* path);
 

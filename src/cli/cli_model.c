@@ -488,9 +488,10 @@ const OmCliVerb om_cli_verb_model = {
              "omentum model --list INPUT",
     .about =
         "Builds a patient model from a volume (NIfTI, NRRD; a DICOM series, where dcm2niix is\n"
-        "installed), a volume mesh (msh, vtk, vtu) or a surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
-        "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"
-        "organ.ply, report.json and report.html, all of them or none.\n"
+        "installed), a volume mesh (msh, vtk, vtu) or a surface (STL, OBJ, PLY, OFF): a\n"
+        "tetrahedral mesh with named sets, its materials, and with --sheet the organ below and the\n"
+        "region of interest. DIR receives patient.yaml, tissue.vtu, organ.ply, report.json and\n"
+        "report.html, all of them or none.\n"
         "\n"
         "Directions (side, where): right, left, anterior, posterior, superior, inferior, lateral,\n"
         "medial, or x,y,z written x/y/z in RAS.",
