@@ -67,6 +67,7 @@ def niftis():
                                       quatern=(0.1, 0.2, 0.3), qfac=-1.0, slope=2.0, inter=-5.0))
     put("nifti/i16_big_endian.nii", nifti1(">", dim, 4, 16, struct.pack(">24h", *range(n)), qform=1,
                                            quatern=(0, 0, 1)))
+    put("nifti/mirrored.nii", nifti1("<", dim, 2, 8, bytes(range(n)), qform=1, sform=1, quatern=(0.1, 0.2, 0.3), qfac=-1.0))
     put("nifti/f32_no_form.nii", nifti1("<", dim, 16, 32, struct.pack("<24f", *range(n)), units=0))
     put("nifti/f64_metres.nii", nifti1("<", dim, 64, 64, struct.pack("<24d", *range(n)), sform=2, units=1))
     put("nifti/i8_micron.nii", nifti1("<", dim, 256, 8, bytes(n), sform=2, units=3))
@@ -102,6 +103,8 @@ def nrrds():
                                     "space directions: none (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
                                     "kinds: list domain domain domain\nlineskip: 1\nbyteskip: 2\n",
                                     b"a line\nxx" + bytes(48)))
+    put("nrrd/nan_axis.nrrd", nrrd("type: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: RAS\n"
+                                   "space directions: (nan,nan,nan) (1,0,0) (0,2,0) (0,0,3)\n", bytes(48)))
     put("nrrd/text_list_axis.nrrd", nrrd("type: double\nencoding: text\ndimension: 4\nsizes: 3 4 2 2\n"
                                          "space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n"
                                          'space units: "m" "cm" "um"\n', b"7 " * 48))
