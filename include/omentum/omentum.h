@@ -72,6 +72,7 @@
 #include "omentum/shape_closest.h"
 #include "omentum/shape_cloud.h"
 #include "omentum/shape_file.h"
+#include "omentum/shape_fit.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_points.h"
 #include "omentum/shape_repair.h"

@@ -2,7 +2,8 @@
 ///
 /// Isosurface stuffing (Labelle & Shewchuk 2007): a body-centred cubic lattice is cut by the zero level of
 /// a function; lattice points that a cut comes too close to are moved onto it. No element is inverted and
-/// every dihedral angle is between 10.7 and 164.8 degrees, whatever the function.
+/// every dihedral angle is between 10.7 and 164.8 degrees, whatever the function; between edges of different
+/// lengths, where some are finer, angles are smaller.
 ///
 ///     OmStuffDef def = om_stuff_default_def(0.004, sdf_fn, &sdf, lo, hi);
 ///     om_tet_mesh_stuff(&def, &mesh);
@@ -26,7 +27,12 @@ typedef struct OmStuffDef {
     OmVec3 lo, hi;  // the box that holds the solid, m
     double level;   // the surface is fn = level; default 0
     int max_tet;    // larger meshes are refused; default 20 million
-    int nworker;    // 0: one a processor (the mesh does not depend on it); default 0
+    // Points where the mesh must be finer, borrowed: an element of the lattice that holds point i is at most as large
+    // as those of a mesh with mean edge fine_edge[i]. Elements grow away from them. Default: none.
+    int nfine;
+    const double* fine;       // m                                                     (nfine x 3)
+    const double* fine_edge;  // m, > 0                                                    (nfine)
+    int nworker;              // 0: one a processor (the mesh does not depend on it); default 0
 } OmStuffDef;
 
 OM_API OmStuffDef om_stuff_default_def(double edge, OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi);

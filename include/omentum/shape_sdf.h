@@ -88,6 +88,24 @@ OM_API void om_sdf_done(OmSdf* sdf);
 /// Negative inside; need not be a distance.
 typedef double (*OmShapeFn)(void* ctx, OmVec3 p);
 
+/// A smooth function of a mask, negative inside, in about the distance from its surface near it, m.
+typedef struct OmMaskField OmMaskField;
+
+/// The mask is smoothed such that each neighbourhood keeps its volume. With `spacing` below two voxels the function has
+/// the sign of the mask at the centre of each voxel: parts, gaps, handles and holes one voxel wide are kept, and voxels
+/// are connected over faces.
+/// @param spacing     m: what is finer may be averaged; 0: nothing
+/// @param smooth      width of the Gaussian, voxels, 0.5 to 3
+/// @param iterations  rounds of volume correction, 0 to 100
+/// @return OM_OK; OM_INVALID (an empty mask, or the message names the argument); OM_NO_MEMORY
+OM_API OmStatus om_mask_field_create(const OmMask* mask, double spacing, double smooth,
+                                     int iterations, OmMaskField** field);
+OM_API void om_mask_field_destroy(OmMaskField* field);
+/// An OmShapeFn; ctx is a const OmMaskField*.
+OM_API double om_mask_field_eval(void* field, OmVec3 p);
+/// A box that holds its zero level.
+/// @return OM_OK; OM_INVALID (nothing is inside)
+OM_API OmStatus om_mask_field_bounds(const OmMaskField* field, OmVec3* lo, OmVec3* hi);
 /// Distance field of a mask. The mask is smoothed such that each neighbourhood keeps its volume (thin parts stay), then
 /// the zero level is shifted such that the whole keeps the volume of the mask.
 /// @return OM_OK; OM_INVALID (an empty mask, or the message names the field); OM_NO_MEMORY

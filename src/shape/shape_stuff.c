@@ -4,48 +4,28 @@
 // corners to corners and centres to centres, short ones (a sqrt 3 / 2) centres to the corners of their
 // cube. Each face between two cubes holds four tetrahedra: both centres and one edge of the face.
 //
-//   1. evaluate the function on the lattice, and find where it crosses each edge whose ends differ in sign;
+//   1. evaluate the function on the lattice; at fine points, halve the edges of the lattice's
+//      tetrahedra (shape_stuff_grade.c); find where the function crosses each edge whose ends differ in sign;
 //   2. a lattice point nearer to a crossing than alpha times the edge is moved onto it (and is then on the
 //      surface: its other crossings are void);
 //   3. cut each tetrahedron: points inside stay, edges from inside to outside end at their crossing.
 //
-// A cut face with two inside corners is a quadrilateral, and both neighbours must halve it the same way.
-// If its inside edge is long, the diagonal starts at the corner of even parity (Labelle & Shewchuk's
-// parity rule); if short, at the corner whose cut edge is short.
-#include "shape/shape_internal.h"
+// A cut face with two inside corners is a quadrilateral, and both neighbours must halve it the same way: the
+// diagonal starts at the inside corner that is nearer to the outside one, of equally near ones at that of even
+// parity, else at that of smaller index. This is an order of the corners, so diagonals never run in a circle; on the
+// lattice itself it is Labelle & Shewchuk's parity rule.
+#include "shape/shape_stuff.h"
 
 #include <limits.h>
 #include <string.h>
 
 #define ALPHA_LONG 0.24999
 #define ALPHA_SHORT 0.41189
-#define MEAN_EDGE 0.92344  // mean edge of the lattice over a: (3 + 4 sqrt(3) / 2) / 7
-
-enum { NSLOT = 14 };  // neighbours of a lattice point: 6 along long edges, then 8 along short ones
-
-typedef struct Lattice {
-    const OmStuffDef* def;
-    double a;     // side of the cubes, m
-    int n[3];     // cubes
-    int ncorner;  // points with smaller index are corners, the others centres
-    int npoint;
-    OmVec3 origin;  // of the first corner, m
-    double* f;      // value at each point, 0 once moved onto the surface       (npoint)
-    int* active;    // index among the points that have a crossing, or -1       (npoint)
-    int* point;     // lattice point of each active one                         (nactive)
-    int nactive;
-    // position of the crossing towards neighbour s, as a fraction of the edge (nactive x 14)
-    double* cut;
-    OmVec3* moved;  // position of active points                                (nactive)
-    int* cut_vert;  // mesh vertex of the crossing, at the end of smaller index (nactive x 14)
-    int* vert;      // mesh vertex of each lattice point, or -1                 (npoint)
-    OmTetMesh* mesh;
-    int cap_vert, cap_tet;
-} Lattice;
+#define ALPHA_GRADED 0.3  // of the shortest edge, at points of halved edges
 
 // ---- the lattice ----------------------------------------------------------------------------------------
 
-static void point_place(const Lattice* l, int p, int at[3], int* is_center) {
+static void point_place(const OmLattice* l, int p, int at[3], int* is_center) {
     *is_center = p >= l->ncorner;
     int nx = l->n[0] + !*is_center, ny = l->n[1] + !*is_center;
     int q = *is_center ? p - l->ncorner : p;
@@ -54,66 +34,58 @@ static void point_place(const Lattice* l, int p, int at[3], int* is_center) {
     at[2] = q / nx / ny;
 }
 
-static int point_index(const Lattice* l, const int at[3], int is_center) {
-    int nx = l->n[0] + !is_center, ny = l->n[1] + !is_center, nz = l->n[2] + !is_center;
-    if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= nx || at[1] >= ny || at[2] >= nz) return -1;
+static int point_index(const OmLattice* l, const int at[3], int is_center) {
+    int nx = l->n[0] + !is_center, ny = l->n[1] + !is_center;
     return (is_center ? l->ncorner : 0) + at[0] + nx * (at[1] + ny * at[2]);
 }
 
-static OmVec3 point_position(const Lattice* l, int p) {
+OmVec3 om__lattice_position(const OmLattice* l, int p) {
     int at[3], is_center;
+    if (p >= l->nlattice) return l->middle[p - l->nlattice];
     point_place(l, p, at, &is_center);
     double shift = is_center ? 0.5 : 0.0;
     return om_madd(l->origin, l->a, om_vec3(at[0] + shift, at[1] + shift, at[2] + shift));
 }
 
-// The neighbour of p in slot s (-1 beyond the lattice): +-x, +-y, +-z, then the eight diagonals.
-static int neighbor(const Lattice* l, int p, int s) {
+// Even: 0. Midpoints, whose edges have other lengths, are all even.
+static int parity(const OmLattice* l, int p) {
     int at[3], is_center;
-    point_place(l, p, at, &is_center);
-    if (s < 6) {
-        at[s / 2] += s & 1 ? -1 : 1;
-        return point_index(l, at, is_center);
-    }
-    int back = is_center ? 0 : 1;  // corners look down to centres, centres up to corners
-    for (int a = 0; a < 3; a++) at[a] += ((s - 6) >> a & 1) - back;
-    return point_index(l, at, !is_center);
-}
-
-static int slot_of(const Lattice* l, int p, int q) {
-    for (int s = 0; s < NSLOT; s++) {
-        if (neighbor(l, p, s) == q) return s;
-    }
-    OM_ASSERT(!"lattice points are neighbours");
-    return 0;
-}
-
-static int parity(const Lattice* l, int p) {
-    int at[3], is_center;
+    if (p >= l->nlattice) return 0;
     point_place(l, p, at, &is_center);
     return (at[0] + at[1] + at[2]) & 1;
 }
 
-static bool is_long(const Lattice* l, int p, int q) {
+static bool is_lattice_edge(const OmLattice* l, int p, int q) {
+    return p < l->nlattice && q < l->nlattice;
+}
+
+static bool is_long(const OmLattice* l, int p, int q) {
     return (p >= l->ncorner) == (q >= l->ncorner);
 }
 
-static bool is_crossed(const Lattice* l, int p, int q) {
+double om__lattice_length2(const OmLattice* l, int p, int q) {
+    if (is_lattice_edge(l, p, q)) return l->a * l->a * (is_long(l, p, q) ? 1 : 0.75);
+    return om_norm2(om_sub(om__lattice_position(l, p), om__lattice_position(l, q)));
+}
+
+static bool is_crossed(const OmLattice* l, int p, int q) {
     return (l->f[p] < 0 && l->f[q] > 0) || (l->f[p] > 0 && l->f[q] < 0);
+}
+
+double om__lattice_eval(const OmLattice* l, OmVec3 x) {
+    double f = l->def->fn(l->def->ctx, x) - l->def->level;
+    return isnan(f) ? HUGE_VAL : f;
 }
 
 static void eval_points(void* ctx, int begin, int end, int block) {
     (void)block;
-    Lattice* l = ctx;
-    for (int p = begin; p < end; p++) {
-        double f = l->def->fn(l->def->ctx, point_position(l, p)) - l->def->level;
-        l->f[p] = isnan(f) ? HUGE_VAL : f;
-    }
+    OmLattice* l = ctx;
+    for (int p = begin; p < end; p++) l->f[p] = om__lattice_eval(l, om__lattice_position(l, p));
 }
 
-static OmStatus lattice_init(const OmStuffDef* def, Lattice* l) {
+static OmStatus lattice_init(const OmStuffDef* def, OmLattice* l) {
     l->def = def;
-    l->a = def->edge / MEAN_EDGE;
+    l->a = def->edge * OM__LATTICE_LONGEST;
     const double size[3] = {def->hi.x - def->lo.x, def->hi.y - def->lo.y, def->hi.z - def->lo.z};
     double npoint = 1, ncell = 1;
     for (int a = 0; a < 3; a++) {
@@ -126,20 +98,16 @@ static OmStatus lattice_init(const OmStuffDef* def, Lattice* l) {
              npoint + ncell);
     for (int a = 0; a < 3; a++) l->n[a] = (int)ceil(size[a] / l->a) + 3;
     l->ncorner = (int)npoint;
-    l->npoint = (int)(npoint + ncell);
+    l->npoint = l->nlattice = (int)(npoint + ncell);
     OmVec3 half = om_scale(0.5 * l->a, om_vec3(l->n[0], l->n[1], l->n[2]));
     l->origin = om_sub(om_lerp(def->lo, def->hi, 0.5), half);
     OM_ALLOC(l->f, l->npoint);
-    OM_ALLOC(l->active, l->npoint);
-    OM_ALLOC(l->vert, l->npoint);
     om_parallel_for(def->nworker, l->npoint, 4096, eval_points, l);
     return OM_OK;
 }
 
-// ---- crossings --------------------------------------------------------------------------------------------
-
 // Points of the outermost layer count as outside: the solid is cut off at the box.
-static void cap_border(Lattice* l) {
+static void cap_border(OmLattice* l) {
     for (int p = 0; p < l->npoint; p++) {
         int at[3], is_center;
         point_place(l, p, at, &is_center);
@@ -150,21 +118,140 @@ static void cap_border(Lattice* l) {
     }
 }
 
-static OmStatus find_active(Lattice* l) {
+// ---- its tetrahedra ---------------------------------------------------------------------------------------
+
+OmStatus om__lattice_add_tet(OmLattice* l, const int p[4]) {
+    if (l->ntet == l->cap_tet) {
+        OM_CHECK(l->cap_tet < INT_MAX / 4, OM_INVALID, "mesh: the lattice is too large");
+        int cap = 2 * l->cap_tet + 4096;
+        int(*grown)[4] = om_realloc(l->tet, (size_t)l->cap_tet, (size_t)cap, sizeof *l->tet);
+        if (!grown) return OM_NO_MEMORY;
+        l->tet = grown;
+        l->cap_tet = cap;
+    }
+    memcpy(l->tet[l->ntet++], p, sizeof *l->tet);
+    return OM_OK;
+}
+
+// The four around the long edge from the centre of cube `at` along `axis`: those with a point inside, or all.
+static OmStatus list_face_tets(OmLattice* l, const int at[3], int axis, bool is_all) {
+    int b = (axis + 1) % 3, c = (axis + 2) % 3, next[3] = {at[0], at[1], at[2]}, ring[4];
+    next[axis]++;
+    int center[2] = {point_index(l, at, 1), point_index(l, next, 1)};
+    const bool is_in = is_all || l->f[center[0]] < 0 || l->f[center[1]] < 0;
+    for (int q = 0; q < 4; q++) {
+        int corner[3] = {next[0], next[1], next[2]};
+        corner[b] += q == 1 || q == 2;
+        corner[c] += q >= 2;
+        ring[q] = point_index(l, corner, 0);
+    }
+    for (int q = 0; q < 4; q++) {
+        const int p[4] = {center[0], center[1], ring[q], ring[(q + 1) % 4]};
+        if (is_in || l->f[p[2]] < 0 || l->f[p[3]] < 0) OM_TRY(om__lattice_add_tet(l, p));
+    }
+    return OM_OK;
+}
+
+// Mark the cubes near a point inside or a fine point: halving reaches no others.
+static OmStatus mark_cubes(const OmLattice* l, unsigned char* mark) {
+    enum { REACH = 2 };  // cubes
     for (int pass = 0; pass < 2; pass++) {
-        int n = 0;
-        for (int p = 0; p < l->npoint; p++) {
-            bool is_active = false;
-            for (int s = 0; s < NSLOT && !is_active; s++) {
-                int q = neighbor(l, p, s);
-                is_active = q >= 0 && is_crossed(l, p, q);
+        const int num = pass ? l->def->nfine : l->nlattice;
+        for (int p = 0; p < num; p++) {
+            int at[3], is_center;
+            if (pass) {
+                const OmVec3 q = om_scale(1 / l->a, om_sub(om_load3(l->def->fine, p), l->origin));
+                const double place[3] = {q.x, q.y, q.z};
+                bool is_in = true;
+                for (int a = 0; a < 3; a++) {
+                    is_in &= place[a] >= 0 && place[a] < l->n[a];
+                    at[a] = is_in ? (int)place[a] : 0;
+                }
+                if (!is_in) continue;
+            } else {
+                if (!(l->f[p] < 0)) continue;
+                point_place(l, p, at, &is_center);
             }
-            l->active[p] = is_active ? n : -1;
-            if (is_active && pass) l->point[n] = p;
-            n += is_active;
+            int lo[3], hi[3];
+            for (int a = 0; a < 3; a++) {
+                lo[a] = at[a] > REACH ? at[a] - REACH : 0;
+                hi[a] = at[a] + REACH < l->n[a] ? at[a] + REACH : l->n[a] - 1;
+            }
+            for (int k = lo[2]; k <= hi[2]; k++)
+                for (int j = lo[1]; j <= hi[1]; j++)
+                    memset(mark + om_grid_index(l->n, lo[0], j, k), 1, (size_t)(hi[0] - lo[0] + 1));
         }
-        l->nactive = n;
-        if (!pass) OM_ALLOC(l->point, n);
+    }
+    return OM_OK;
+}
+
+static OmStatus list_tets(OmLattice* l) {
+    OmStatus status = OM_OK;
+    unsigned char* mark = NULL;
+    if (l->def->nfine > 0) {
+        OM_CALLOC_DONE(mark, om_grid_count(l->n));
+        OM_TRY_DONE(mark_cubes(l, mark));
+    }
+    for (int k = 0; k < l->n[2]; k++) {
+        for (int j = 0; j < l->n[1]; j++) {
+            for (int i = 0; i < l->n[0]; i++) {
+                const int at[3] = {i, j, k};
+                const bool is_all = mark && mark[om_grid_index(l->n, i, j, k)];
+                for (int axis = 0; axis < 3; axis++) {
+                    if (at[axis] + 1 < l->n[axis]) OM_TRY_DONE(list_face_tets(l, at, axis, is_all));
+                }
+            }
+        }
+    }
+done:
+    om_free(mark);
+    return status;
+}
+
+// ---- crossings --------------------------------------------------------------------------------------------
+
+static size_t hash_of(const OmLattice* l, int lo, int hi) {
+    uint64_t h = ((uint64_t)(uint32_t)lo << 32 | (uint32_t)hi) * 0x9e3779b97f4a7c15u;
+    return (size_t)(h >> 32) & (size_t)(l->nslot - 1);
+}
+
+// The slot of an edge in the table, or the free one where it belongs.
+static int* find_slot(const OmLattice* l, int lo, int hi) {
+    size_t at = hash_of(l, lo, hi);
+    for (;; at = (at + 1) & (size_t)(l->nslot - 1)) {
+        int* slot = &l->slot[at];
+        if (*slot < 0 || (l->crossing[*slot].lo == lo && l->crossing[*slot].hi == hi)) return slot;
+    }
+}
+
+static OmCrossing* find_edge(const OmLattice* l, int p, int q) {
+    const int slot = *find_slot(l, p < q ? p : q, p < q ? q : p);
+    OM_ASSERT(slot >= 0);
+    return &l->crossing[slot];
+}
+
+static OmStatus list_crossings(OmLattice* l) {
+    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    double most = 0;  // crossed sides of tetrahedra, each edge counted several times
+    for (int e = 0; e < l->ntet; e++)
+        for (int k = 0; k < 6; k++)
+            most += is_crossed(l, l->tet[e][edge[k][0]], l->tet[e][edge[k][1]]);
+    OM_CHECK(most < INT_MAX / 4, OM_INVALID, "mesh: the surface is too large");
+    for (l->nslot = 64; l->nslot < most; l->nslot *= 2) {
+    }
+    OM_ALLOC(l->slot, l->nslot);
+    OM_ALLOC(l->crossing, most);
+    for (int i = 0; i < l->nslot; i++) l->slot[i] = -1;
+    for (int e = 0; e < l->ntet; e++) {
+        for (int k = 0; k < 6; k++) {
+            const int p = l->tet[e][edge[k][0]], q = l->tet[e][edge[k][1]];
+            if (!is_crossed(l, p, q)) continue;
+            const int lo = p < q ? p : q, hi = p < q ? q : p;
+            int* slot = find_slot(l, lo, hi);
+            if (*slot >= 0) continue;
+            *slot = l->ncrossing;
+            l->crossing[l->ncrossing++] = (OmCrossing){lo, hi, 0, -1};
+        }
     }
     return OM_OK;
 }
@@ -195,73 +282,147 @@ static double find_crossing(const OmStuffDef* def, OmVec3 x0, OmVec3 x1, double 
 
 static void cut_edges(void* ctx, int begin, int end, int block) {
     (void)block;
-    Lattice* l = ctx;
-    for (int a = begin; a < end; a++) {
-        int p = l->point[a];
-        OmVec3 x = point_position(l, p);
-        l->moved[a] = x;
-        for (int s = 0; s < NSLOT; s++) {
-            int q = neighbor(l, p, s);
-            l->cut_vert[NSLOT * a + s] = -1;
-            if (q < 0 || !is_crossed(l, p, q)) continue;
-            OmVec3 y = point_position(l, q);
-            // start at the inside end, so that both ends compute the same bits
-            double t = l->f[p] < 0 ? find_crossing(l->def, x, y, l->f[p], l->f[q])
-                                   : 1 - find_crossing(l->def, y, x, l->f[q], l->f[p]);
-            l->cut[NSLOT * a + s] = t;
-        }
+    OmLattice* l = ctx;
+    for (int c = begin; c < end; c++) {
+        OmCrossing* cut = &l->crossing[c];
+        const OmVec3 x = om__lattice_position(l, cut->lo), y = om__lattice_position(l, cut->hi);
+        // start at the inside end
+        cut->t = l->f[cut->lo] < 0 ? find_crossing(l->def, x, y, l->f[cut->lo], l->f[cut->hi])
+                                   : 1 - find_crossing(l->def, y, x, l->f[cut->hi], l->f[cut->lo]);
     }
 }
 
+// The place of a neighbour among those of a lattice point: along +-x, +-y, +-z, then the eight diagonals.
+static int place_of(const OmLattice* l, int p, int q) {
+    if (!is_lattice_edge(l, p, q)) return q;
+    const OmVec3 d = om_sub(om__lattice_position(l, q), om__lattice_position(l, p));
+    const double size[3] = {fabs(d.x), fabs(d.y), fabs(d.z)}, part[3] = {d.x, d.y, d.z};
+    if (!is_long(l, p, q)) return 6 + (d.x > 0) + 2 * (d.y > 0) + 4 * (d.z > 0);
+    const int axis = size[0] > size[1] ? (size[0] > size[2] ? 0 : 2) : size[1] > size[2] ? 1 : 2;
+    return 2 * axis + (part[axis] < 0);
+}
+
+// Shortest edge at each point that has an edge which ends at a midpoint, else 0.           (npoint)
+static OmStatus find_shortest(const OmLattice* l, double** shortest) {
+    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    unsigned char* is_graded = NULL;
+    OmStatus status = OM_OK;
+    *shortest = NULL;
+    OM_ALLOC_DONE(*shortest, l->npoint);
+    OM_CALLOC_DONE(is_graded, l->npoint);
+    for (int p = 0; p < l->npoint; p++) (*shortest)[p] = HUGE_VAL;
+    for (int e = 0; e < l->ntet; e++) {
+        for (int k = 0; k < 6; k++) {
+            const int p = l->tet[e][edge[k][0]], q = l->tet[e][edge[k][1]];
+            const double length = sqrt(om__lattice_length2(l, p, q));
+            (*shortest)[p] = fmin((*shortest)[p], length);
+            (*shortest)[q] = fmin((*shortest)[q], length);
+            if (!is_lattice_edge(l, p, q)) is_graded[p] = is_graded[q] = 1;
+        }
+    }
+    for (int p = 0; p < l->npoint; p++)
+        if (!is_graded[p]) (*shortest)[p] = 0;
+done:
+    om_free(is_graded);
+    return status;
+}
+
+typedef struct Warp {
+    int *adr, *list;   // crossings at each active point
+    int* point;        // of each active one
+    double* shortest;  // null: nothing is graded
+    int nactive;
+} Warp;
+
+static OmStatus list_active(OmLattice* l, Warp* w) {
+    OM_ALLOC(l->active, l->npoint);
+    OM_ALLOC(w->point, 2 * (size_t)l->ncrossing);
+    for (int p = 0; p < l->npoint; p++) l->active[p] = 0;
+    for (int c = 0; c < l->ncrossing; c++) {
+        l->active[l->crossing[c].lo]++;
+        l->active[l->crossing[c].hi]++;
+    }
+    w->adr = om_calloc(2 * (size_t)l->ncrossing + 1, sizeof(int));
+    if (!w->adr) return OM_NO_MEMORY;
+    for (int p = 0; p < l->npoint; p++) {
+        const int count = l->active[p];
+        l->active[p] = count ? w->nactive : -1;
+        if (!count) continue;
+        w->point[w->nactive] = p;
+        w->adr[w->nactive + 1] = w->adr[w->nactive] + count;
+        w->nactive++;
+    }
+    OM_ALLOC(w->list, 2 * (size_t)l->ncrossing);
+    OM_ALLOC(l->moved, w->nactive);
+    for (int pass = 0; pass < 2; pass++) {  // fill, then move the beginnings back
+        for (int c = l->ncrossing; pass == 0 && c-- > 0;) {
+            const int end[2] = {l->active[l->crossing[c].lo], l->active[l->crossing[c].hi]};
+            for (int s = 0; s < 2; s++) w->list[w->adr[end[s]]++] = c;
+        }
+        for (int a = w->nactive; pass == 1 && a > 0; a--) w->adr[a] = w->adr[a - 1];
+        if (pass == 1) w->adr[0] = 0;
+    }
+    return OM_OK;
+}
+
+// The distance up to which a point moves onto the crossing of an edge.
+static double reach_of(const OmLattice* l, const Warp* w, int p, int q, double alpha) {
+    if (w->shortest && w->shortest[p] > 0) return alpha * w->shortest[p];
+    return sqrt(om__lattice_length2(l, p, q)) * (is_long(l, p, q) ? ALPHA_LONG : ALPHA_SHORT);
+}
+
 // A point that is too near to a crossing moves onto the nearest such crossing, in the order of the points' index.
-static void warp(Lattice* l) {
-    for (int a = 0; a < l->nactive; a++) {
-        int p = l->point[a], best = -1;
+static void warp_points(OmLattice* l, const Warp* w, double alpha) {
+    for (int a = 0; a < w->nactive; a++) {
+        const int p = w->point[a];
+        int best = -1;
         double best_length = HUGE_VAL, best_t = 0;
-        for (int s = 0; s < NSLOT; s++) {
-            int q = neighbor(l, p, s);
-            if (q < 0 || !is_crossed(l, p, q)) continue;
-            double t = l->cut[NSLOT * a + s];
-            double length = t * (s < 6 ? 1 : 0.8660254037844386);
-            if (t < (s < 6 ? ALPHA_LONG : ALPHA_SHORT) && length < best_length) {
-                best = q;
-                best_length = length;
-                best_t = t;
-            }
+        l->moved[a] = om__lattice_position(l, p);
+        for (int i = w->adr[a]; i < w->adr[a + 1]; i++) {
+            const OmCrossing* c = &l->crossing[w->list[i]];
+            const int q = c->lo == p ? c->hi : c->lo;
+            if (!is_crossed(l, p, q)) continue;
+            const double t = c->lo == p ? c->t : 1 - c->t,
+                         length = t * sqrt(om__lattice_length2(l, p, q));
+            if (!(length < reach_of(l, w, p, q, alpha)) || length > best_length) continue;
+            if (length == best_length && place_of(l, p, q) > place_of(l, p, best)) continue;
+            best = q;
+            best_length = length;
+            best_t = t;
         }
         if (best < 0) continue;
-        l->moved[a] = om_lerp(l->moved[a], point_position(l, best), best_t);
+        l->moved[a] = om_lerp(l->moved[a], om__lattice_position(l, best), best_t);
         l->f[p] = 0;
     }
 }
 
 // ---- the mesh -----------------------------------------------------------------------------------------------
 
-static OmStatus add_vertex(Lattice* l, OmVec3 x, int* index) {
+static OmStatus add_vertex(OmLattice* l, OmVec3 x, int* index) {
     OmTetMesh* m = l->mesh;
-    if (m->nvert == l->cap_vert) {
-        int cap = 2 * l->cap_vert + 1024;
-        double* grown = om_realloc(m->x, (size_t)l->cap_vert, (size_t)cap, 3 * sizeof(double));
+    if (m->nvert == l->cap_mesh_vert) {
+        int cap = 2 * l->cap_mesh_vert + 1024;
+        double* grown = om_realloc(m->x, (size_t)l->cap_mesh_vert, (size_t)cap, 3 * sizeof(double));
         if (!grown) return OM_NO_MEMORY;
         m->x = grown;
-        l->cap_vert = cap;
+        l->cap_mesh_vert = cap;
     }
     *index = m->nvert++;
     om_store3(m->x, *index, x);
     return OM_OK;
 }
 
-static OmStatus add_tet(Lattice* l, int a, int b, int c, int d) {
+static OmStatus add_tet(OmLattice* l, int a, int b, int c, int d) {
     OmTetMesh* m = l->mesh;
     OM_CHECK(m->ntet < l->def->max_tet, OM_INVALID,
              "edges of %.3g mm give more than %d tetrahedra: use a larger edge", l->def->edge * 1e3,
              l->def->max_tet);
-    if (m->ntet == l->cap_tet) {
-        int cap = 2 * l->cap_tet + 4096;
-        int* grown = om_realloc(m->tet_vert, (size_t)l->cap_tet, (size_t)cap, 4 * sizeof(int));
+    if (m->ntet == l->cap_mesh_tet) {
+        int cap = 2 * l->cap_mesh_tet + 4096;
+        int* grown = om_realloc(m->tet_vert, (size_t)l->cap_mesh_tet, (size_t)cap, 4 * sizeof(int));
         if (!grown) return OM_NO_MEMORY;
         m->tet_vert = grown;
-        l->cap_tet = cap;
+        l->cap_mesh_tet = cap;
     }
     int* t = &m->tet_vert[4 * (size_t)m->ntet++];
     t[0] = a;
@@ -271,35 +432,36 @@ static OmStatus add_tet(Lattice* l, int a, int b, int c, int d) {
     return OM_OK;
 }
 
-static OmStatus lattice_vertex(Lattice* l, int p, int* vert) {
+static OmStatus lattice_vertex(OmLattice* l, int p, int* vert) {
     if (l->vert[p] < 0) {
-        OmVec3 x = l->active[p] >= 0 ? l->moved[l->active[p]] : point_position(l, p);
+        OmVec3 x = l->active[p] >= 0 ? l->moved[l->active[p]] : om__lattice_position(l, p);
         OM_TRY(add_vertex(l, x, &l->vert[p]));
     }
     *vert = l->vert[p];
     return OM_OK;
 }
 
-static OmStatus cut_vertex(Lattice* l, int p, int q, int* vert) {
-    int from = p < q ? p : q, to = p < q ? q : p;
-    int adr = NSLOT * l->active[from] + slot_of(l, from, to);
-    if (l->cut_vert[adr] < 0) {
-        OmVec3 x = om_lerp(point_position(l, from), point_position(l, to), l->cut[adr]);
-        OM_TRY(add_vertex(l, x, &l->cut_vert[adr]));
+static OmStatus cut_vertex(OmLattice* l, int p, int q, int* vert) {
+    OmCrossing* c = find_edge(l, p, q);
+    if (c->vert < 0) {
+        OmVec3 x = om_lerp(om__lattice_position(l, c->lo), om__lattice_position(l, c->hi), c->t);
+        OM_TRY(add_vertex(l, x, &c->vert));
     }
-    *vert = l->cut_vert[adr];
+    *vert = c->vert;
     return OM_OK;
 }
 
 // On the face (a, b, m) with a and b inside and m outside: does the diagonal start at a?
-static bool diagonal_from_first(const Lattice* l, int a, int b, int m) {
-    if (is_long(l, a, b)) return parity(l, a) == 0;
-    return !is_long(l, a, m);
+static bool diagonal_from_first(const OmLattice* l, int a, int b, int m) {
+    const double to_a = om__lattice_length2(l, a, m), to_b = om__lattice_length2(l, b, m);
+    if (to_a != to_b) return to_a < to_b;
+    const int odd_a = parity(l, a), odd_b = parity(l, b);
+    return odd_a != odd_b ? odd_a == 0 : a < b;
 }
 
 // A prism with triangle x below y and (x0, x1, x2, y) positive. from[i]: the diagonal of the side between i
 // and i + 1 starts at x[i] (else at x[i + 1]). The three diagonals must not run in a circle.
-static OmStatus add_prism(Lattice* l, const int x[3], const int y[3], const bool from[3]) {
+static OmStatus add_prism(OmLattice* l, const int x[3], const int y[3], const bool from[3]) {
     for (int p = 0; p < 3; p++) {
         int q = (p + 1) % 3, r = (p + 2) % 3;
         bool starts_both = from[p] && !from[r];  // both sides at p have their diagonal start there
@@ -319,7 +481,7 @@ static OmStatus add_prism(Lattice* l, const int x[3], const int y[3], const bool
 }
 
 // Smallest dihedral angle of a tetrahedron, rad.
-static double smallest_angle(const Lattice* l, const int v[4]) {
+static double smallest_angle(const OmLattice* l, const int v[4]) {
     OmTetMesh one = {.x = l->mesh->x, .nvert = l->mesh->nvert, .ntet = 1, .tet_vert = (int*)v};
     double smallest, largest;
     om_tet_dihedral(&one, 0, &smallest, &largest);
@@ -328,7 +490,7 @@ static double smallest_angle(const Lattice* l, const int v[4]) {
 
 // Two inside (a, b), two outside (m, n): a wedge around edge ab. Its side on the surface belongs to no
 // other tetrahedron, so the better of its two diagonals is chosen.
-static OmStatus add_wedge(Lattice* l, int a, int b, int m, int n) {
+static OmStatus add_wedge(OmLattice* l, int a, int b, int m, int n) {
     int x[3], y[3];
     OM_TRY(lattice_vertex(l, a, &x[0]));
     OM_TRY(cut_vertex(l, a, m, &x[1]));
@@ -358,7 +520,7 @@ static OmStatus add_wedge(Lattice* l, int a, int b, int m, int n) {
 }
 
 // Two inside (a, b), z on the surface, m outside: a pyramid with apex z.
-static OmStatus add_pyramid(Lattice* l, int a, int b, int z, int m) {
+static OmStatus add_pyramid(OmLattice* l, int a, int b, int z, int m) {
     int va, vb, vz, am, bm;
     OM_TRY(lattice_vertex(l, a, &va));
     OM_TRY(lattice_vertex(l, b, &vb));
@@ -374,7 +536,7 @@ static OmStatus add_pyramid(Lattice* l, int a, int b, int z, int m) {
 }
 
 // Three inside, m outside.
-static OmStatus add_truncated(Lattice* l, const int in[3], int m) {
+static OmStatus add_truncated(OmLattice* l, const int in[3], int m) {
     int x[3], y[3];
     bool from[3];
     for (int i = 0; i < 3; i++) {
@@ -386,7 +548,7 @@ static OmStatus add_truncated(Lattice* l, const int in[3], int m) {
 }
 
 // One inside: the others are on the surface or cut.
-static OmStatus add_corner(Lattice* l, const int p[4], int in) {
+static OmStatus add_corner(OmLattice* l, const int p[4], int in) {
     int v[4];
     for (int c = 0; c < 4; c++) {
         if (l->f[p[c]] <= 0)
@@ -400,7 +562,7 @@ static OmStatus add_corner(Lattice* l, const int p[4], int in) {
 // Even permutations that bring corner c to the end.
 static const int to_end[4][4] = {{1, 3, 2, 0}, {0, 2, 3, 1}, {0, 3, 1, 2}, {0, 1, 2, 3}};
 
-static OmStatus add_lattice_tet(Lattice* l, const int p[4]) {
+static OmStatus add_lattice_tet(OmLattice* l, const int p[4]) {
     int nin = 0, nout = 0, in = -1, out = -1, zero = -1;
     for (int c = 0; c < 4; c++) {
         double f = l->f[p[c]];
@@ -438,37 +600,54 @@ static OmStatus add_lattice_tet(Lattice* l, const int p[4]) {
                      : add_wedge(l, r[0], r[1], r[2], r[3]);
 }
 
-// The four tetrahedra around the long edge from the centre of cube `at` along `axis`.
-static OmStatus add_face_tets(Lattice* l, const int at[3], int axis) {
-    int b = (axis + 1) % 3, c = (axis + 2) % 3, next[3] = {at[0], at[1], at[2]}, ring[4];
-    next[axis]++;
-    int center[2] = {point_index(l, at, 1), point_index(l, next, 1)};
-    for (int q = 0; q < 4; q++) {
-        int corner[3] = {next[0], next[1], next[2]};
-        corner[b] += q == 1 || q == 2;
-        corner[c] += q >= 2;
-        ring[q] = point_index(l, corner, 0);
-    }
-    for (int q = 0; q < 4; q++) {
-        const int p[4] = {center[0], center[1], ring[q], ring[(q + 1) % 4]};
-        OM_TRY(add_lattice_tet(l, p));
-    }
+static OmStatus cut_tets(OmLattice* l) {
+    for (int p = 0; p < l->npoint; p++) l->vert[p] = -1;
+    for (int c = 0; c < l->ncrossing; c++) l->crossing[c].vert = -1;
+    for (int e = 0; e < l->ntet; e++) OM_TRY(add_lattice_tet(l, l->tet[e]));
     return OM_OK;
 }
 
-static OmStatus add_tets(Lattice* l) {
-    for (int p = 0; p < l->npoint; p++) l->vert[p] = -1;
-    for (int k = 0; k < l->n[2]; k++) {
-        for (int j = 0; j < l->n[1]; j++) {
-            for (int i = 0; i < l->n[0]; i++) {
-                const int at[3] = {i, j, k};
-                for (int axis = 0; axis < 3; axis++) {
-                    if (at[axis] + 1 < l->n[axis]) OM_TRY(add_face_tets(l, at, axis));
-                }
-            }
-        }
+// Whether no element is flat or inverted.
+static bool is_valid(const OmTetMesh* m) {
+    for (int e = 0; e < m->ntet; e++) {
+        const int* v = m->tet_vert + 4 * (size_t)e;
+        const OmVec3 a = om_load3(m->x, v[0]);
+        const OmVec3 b = om_sub(om_load3(m->x, v[1]), a), c = om_sub(om_load3(m->x, v[2]), a);
+        const OmVec3 d = om_sub(om_load3(m->x, v[3]), a);
+        const double longest = fmax(om_norm2(b), fmax(om_norm2(c), om_norm2(d)));
+        if (!(om_dot(om_cross(b, c), d) > 1e-6 * longest * sqrt(longest))) return false;
     }
-    return OM_OK;
+    return true;
+}
+
+// Move points and cut. Where edges of different lengths meet, a point that moves may flatten an element: then points
+// move less far, at last not at all.
+static OmStatus warp_and_cut(OmLattice* l) {
+    OmStatus status = OM_OK;
+    Warp w = {0};
+    double* before = NULL;
+    const bool is_graded = l->npoint > l->nlattice;
+    OM_TRY_DONE(list_active(l, &w));
+    OM_ALLOC_DONE(l->vert, l->npoint);
+    if (is_graded) {
+        OM_TRY_DONE(find_shortest(l, &w.shortest));
+        OM_ALLOC_DONE(before, l->npoint);
+        memcpy(before, l->f, (size_t)l->npoint * sizeof *before);
+    }
+    for (double alpha = ALPHA_GRADED;; alpha -= 0.1) {
+        warp_points(l, &w, alpha);
+        OM_TRY_DONE(cut_tets(l));
+        if (!is_graded || alpha < 0.05 || is_valid(l->mesh)) break;
+        memcpy(l->f, before, (size_t)l->npoint * sizeof *before);
+        l->mesh->nvert = l->mesh->ntet = 0;
+    }
+done:
+    om_free(w.adr);
+    om_free(w.list);
+    om_free(w.point);
+    om_free(w.shortest);
+    om_free(before);
+    return status;
 }
 
 // ---- entry ----------------------------------------------------------------------------------------------------
@@ -493,6 +672,12 @@ static OmStatus check_def(const OmStuffDef* def) {
     OM_CHECK(om_is_finite3(def->lo) && om_is_finite3(def->hi) && def->hi.x > def->lo.x &&
                  def->hi.y > def->lo.y && def->hi.z > def->lo.z,
              OM_INVALID, "mesh: the box to fill is empty or not finite");
+    OM_CHECK(def->nfine >= 0 && (def->nfine == 0 || (def->fine && def->fine_edge)), OM_INVALID,
+             "mesh: %d fine points without places or edges", def->nfine);
+    for (int i = 0; i < def->nfine; i++)
+        OM_CHECK(om_is_finite3(om_load3(def->fine, i)) && def->fine_edge[i] > 0, OM_INVALID,
+                 "mesh: fine point %d is not finite, or its edge %g m is not positive", i,
+                 def->fine_edge[i]);
     OM_CHECK(def->max_tet > 0 && def->max_tet < INT_MAX / 16 && isfinite(def->level), OM_INVALID,
              "mesh: max_tet %d or level %g out of range", def->max_tet, def->level);
     return OM_OK;
@@ -502,33 +687,32 @@ OmStatus om_tet_mesh_stuff(const OmStuffDef* def, OmTetMesh* mesh) {
     OmStatus status = OM_OK;
     memset(mesh, 0, sizeof *mesh);
     OM_TRY(check_def(def));
-    Lattice l = {.mesh = mesh};
+    OmLattice l = {.mesh = mesh};
     OM_TRY_DONE(lattice_init(def, &l));
     cap_border(&l);
-    OM_TRY_DONE(find_active(&l));
-    OM_CHECK_DONE(l.nactive > 0, OM_INVALID,
+    OM_TRY_DONE(list_tets(&l));
+    if (def->nfine > 0) OM_TRY_DONE(om__lattice_grade(&l));
+    OM_TRY_DONE(list_crossings(&l));
+    OM_CHECK_DONE(l.ncrossing > 0, OM_INVALID,
                   "no lattice point is inside: the shape is thinner than an edge of %.3g mm",
                   def->edge * 1e3);
-    OM_CHECK_DONE(l.nactive < INT_MAX / NSLOT, OM_INVALID, "mesh: the surface is too large");
-    OM_ALLOC_DONE(l.cut, NSLOT * (size_t)l.nactive);
-    OM_ALLOC_DONE(l.cut_vert, NSLOT * (size_t)l.nactive);
-    OM_ALLOC_DONE(l.moved, l.nactive);
-    om_parallel_for(def->nworker, l.nactive, 256, cut_edges, &l);
-    warp(&l);
-    OM_TRY_DONE(add_tets(&l));
+    om_parallel_for(def->nworker, l.ncrossing, 256, cut_edges, &l);
+    OM_TRY_DONE(warp_and_cut(&l));
     OM_CHECK_DONE(mesh->ntet > 0, OM_INVALID,
                   "no element is inside: the shape is thinner than an edge of %.3g mm",
                   def->edge * 1e3);
+    if (l.npoint > l.nlattice) OM_TRY_DONE(om__mesh_improve(mesh));
     mesh->tet_label = om_calloc((size_t)mesh->ntet, sizeof(int));
     if (!mesh->tet_label) status = OM_NO_MEMORY;
 done:
+    om_free(l.middle);
     om_free(l.f);
+    om_free(l.tet);
+    om_free(l.crossing);
+    om_free(l.slot);
     om_free(l.active);
-    om_free(l.point);
-    om_free(l.vert);
-    om_free(l.cut);
-    om_free(l.cut_vert);
     om_free(l.moved);
+    om_free(l.vert);
     if (status < 0) om_tet_mesh_done(mesh);
     return status;
 }

@@ -128,6 +128,69 @@ static void test_parts(void** unused) {
     om_tet_mesh_done(&m);
 }
 
+// Fine points at one end of a ball, and in a rod thinner than an edge that sticks out of it.
+static double rod_fn(void* ctx, OmVec3 p) {
+    const double ball = sphere_fn(ctx, p);
+    const double rod = fmax(hypot(p.y, p.z) - 0.003, fmax(-p.x, p.x - 0.08));
+    return fmin(ball, rod);
+}
+
+static void test_finer_at_points(void** unused) {
+    (void)unused;
+    enum { NFINE = 36 };
+    double r = 0.05, fine[3 * NFINE], fine_edge[NFINE];
+    for (int i = 0; i < NFINE; i++) {
+        om_store3(fine, i, om_vec3(0.045 + 0.001 * i, 0, 0));
+        fine_edge[i] = 0.003;
+    }
+    OmStuffDef def =
+        om_stuff_default_def(0.016, rod_fn, &r, om_vec3(-r, -r, -r), om_vec3(0.085, r, r));
+    OmTetMesh coarse, m, again;
+    OmMeshQuality q;
+    assert_ok(om_tet_mesh_stuff(&def, &coarse));
+    def.nfine = NFINE;
+    def.fine = fine;
+    def.fine_edge = fine_edge;
+    def.nworker = 1;
+    assert_ok(om_tet_mesh_stuff(&def, &m));
+    def.nworker = 3;
+    assert_ok(om_tet_mesh_stuff(&def, &again));
+    assert_int_equal(again.ntet, m.ntet);
+    assert_memory_equal(again.x, m.x, 3 * sizeof(double) * (size_t)m.nvert);
+    assert_memory_equal(again.tet_vert, m.tet_vert, 4 * sizeof(int) * (size_t)m.ntet);
+    assert_ok(om_tet_mesh_validate(&m));
+    assert_ok(om_tet_mesh_quality(&m, &q));
+    printf("%d tets, %d with fine points, angles %.1f to %.1f\n", coarse.ntet, m.ntet,
+           q.dihedral_min * 180 / OM_PI, q.dihedral_max * 180 / OM_PI);
+    assert_true(q.is_manifold);
+    assert_int_equal(q.npart, 1);
+    assert_int_equal(q.euler, 2);
+    assert_true(q.dihedral_min * 180 / OM_PI > 10 && q.dihedral_max * 180 / OM_PI < 165);
+    // the rod is there to its end, and no element in it or at the other end of the ball has the other's size
+    const double most = pow(0.003 / 0.92344, 3) / 12, far = pow(0.016 / 0.92344, 3) / 12;
+    double end = 0, largest = 0;
+    for (int e = 0; e < m.ntet; e++) {
+        const int* v = m.tet_vert + 4 * (size_t)e;
+        const OmVec3 a = om_load3(m.x, v[0]), b = om_sub(om_load3(m.x, v[1]), a);
+        const OmVec3 c = om_sub(om_load3(m.x, v[2]), a), d = om_sub(om_load3(m.x, v[3]), a);
+        const double volume = om_dot(om_cross(b, c), d) / 6;
+        for (int k = 0; k < 4; k++) end = fmax(end, m.x[3 * v[k]]);
+        largest = fmax(largest, volume);
+        if (a.x > 0.055 && a.x < 0.075) assert_below(volume, 1.3 * most);
+    }
+    assert_near(end, 0.08, 0.001);
+    assert_true(largest > 0.8 * far);
+    OmSurface s;
+    assert_ok(om_tet_mesh_boundary(&m, &s, NULL));
+    assert_near_rel(om_surface_volume(&s), q.volume, 1e-10);
+    om_surface_done(&s);
+    def.fine_edge = NULL;
+    om_tet_mesh_done(&again);
+    assert_status(om_tet_mesh_stuff(&def, &again), OM_INVALID);
+    om_tet_mesh_done(&coarse);
+    om_tet_mesh_done(&m);
+}
+
 static void test_bad_input(void** unused) {
     (void)unused;
     double r = 0.001;
@@ -148,6 +211,10 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     OmStuffDef def =
         om_stuff_default_def(0.02, sphere_fn, &r, om_vec3(-r, -r, -r), om_vec3(r, r, r));
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
+    const double fine[3] = {0.04, 0, 0}, fine_edge = 0.008;
+    def.nfine = 1;
+    def.fine = fine;
+    def.fine_edge = &fine_edge;
     int64_t alive = om_alloc_alive();
     om_allocator_set(&failing);
     int nfail = 0;
@@ -172,6 +239,7 @@ int main(void) {
         cmocka_unit_test(test_bounds_hold_for_any_function),
         cmocka_unit_test(test_workers_do_not_matter),
         cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_finer_at_points),
         cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
