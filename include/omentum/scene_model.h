@@ -15,6 +15,7 @@
 
 #include "omentum/image.h"
 #include "omentum/shape_file.h"
+#include "omentum/shape_fit.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_repair.h"
 
@@ -50,9 +51,13 @@ typedef struct OmPatient {  // om_patient_done frees
     double* roi_point;     // points of the region of interest, m            (nroi x 3)
     double* roi_normal;    // outward normals there                          (nroi x 3)
     int nroi;
-    OmVec3 roi_center;   // centre of the region, m
-    double roi_radius;   // m
-    OmVec3 up;           // unit direction away from the covered side; an endoscope looks against it
+    OmVec3 roi_center;  // centre of the region, m
+    double roi_radius;  // m
+    OmVec3 up;          // unit direction away from the covered side; an endoscope looks against it
+    // Of a model that was built, not loaded; both may be empty. Distance of each vertex on the mesh's boundary from the
+    // label's surface, m, 0 inside                                          (mesh.nvert), or null
+    double* gap;
+    OmSurface missed;    // the part of the label's surface that is far from the mesh
     OmSpace file_space;  // of tissue.vtu and organ.ply when saved; default OM_SPACE_NONE: RAS
 } OmPatient;
 
@@ -138,7 +143,8 @@ typedef struct OmModelDef {
     bool remesh;  // remesh a volume mesh from its distance field; default false: use its elements
     // measure the error in bending (OmModelReport.bending_error), 0.5 to 1 s; default true
     bool has_bending_test;
-    bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
+    bool refine;      // finer edges where parts are thinner than an edge; default true
+    bool allow_loss;  // a mesh that does not hold all of the label is no error; default false
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;
     OmSheetDef sheet;
@@ -162,8 +168,13 @@ typedef struct OmModelReport {
     double filled;                    // m^3, of holes that were filled
     double mask_volume;               // of the cleaned mask, m^3; 0 if the input is no volume
     double mesh_volume;               // of the organ's tetrahedral mesh, m^3
-    double surface_volume;            // of the organ's marching-cubes surface, m^3
-    double volume_error;              // |mesh - mask| / mask
+    // How the mesh represents the cleaned label, or the surface of the file. has_loss: a place deeper than a third of
+    // an edge is missing or added, or parts differ; handles or cavities that differ without such a place are a
+    // warning. Not of a sheet, nor of a mesh whose elements are used.
+    OmShapeFit fit;
+    bool has_fit, has_loss;
+    double surface_volume;  // of the organ's marching-cubes surface, m^3
+    double volume_error;    // |mesh - mask| / mask
     // distance of the mesh's boundary to the level set, m
     double surface_error_mean, surface_error_max;
     // Mean distance of the level set to the faces of the voxels, in voxels.
@@ -179,7 +190,8 @@ typedef struct OmModelReport {
 
 OM_API OmModelDef om_model_default_def(const char* input, double edge);
 /// Build a patient model. `report` may be null. On failure `patient` is empty.
-/// @return OM_OK; OM_INVALID (the message names field or file); OM_NO_MEMORY; OM_IO; OM_CANCELLED
+/// @return OM_OK; OM_INVALID (the message names field or file, or the places that the mesh loses: see allow_loss);
+///         OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress,
                                OmPatient* patient, OmModelReport* report);
 /// The same from a volume in memory (borrowed during the call; null: read def->input).
@@ -187,6 +199,10 @@ OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress
 OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
                                       const OmProgress* progress, OmPatient* patient,
                                       OmModelReport* report);
+/// What the mesh of a report loses, in words: places with volume and position, parts, handles and cavities, and the
+/// edge to try; "" if it loses nothing.
+OM_API void om_model_describe_loss(const OmModelReport* report, char* text, size_t size);
+
 /// What a file of labels holds, to choose from.
 typedef struct OmLabelRow {
     char name[OM_SEGMENT_NAME];  // "" if the file gives none

@@ -30,11 +30,12 @@ def test_there_are_three_and_each_shows_pictures(tmp_path):
 
 
 LINEAR = 'tissue.element = "linear"'
+COARSELY = "has_bending_test=False, refine=False, allow_loss=True"
 COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the numbers are others
-    "1_ct_to_tetrahedra": [("edge=0.0035,", "edge=0.0055, has_bending_test=False,"), ("width=540, height=300", "width=180, height=100"),
-                           ("refine=False)", "refine=False, has_bending_test=False)"),
+    "1_ct_to_tetrahedra": [("edge=0.0035,", f"edge=0.0055, {COARSELY},"), ("width=540, height=300", "width=180, height=100"),
+                           ("\"reach\": 0.0035})\n    distance", f"\"reach\": 0.0035}}, {COARSELY})\n    distance"),
                            ("[0.0025, 0.003, 0.0035, 0.004, 0.005, 0.006, 0.007]", "[0.0086, 0.0087, 0.0088, 0.0089, 0.009, 0.0091, 0.0092]")],
-    "2_lift_with_forces": [("edge=0.004,", "edge=0.0072, has_bending_test=False,"),
+    "2_lift_with_forces": [("edge=0.004,", f"edge=0.0072, {COARSELY},"),
                            ("fat = om.Body(patient)", f"settings = om.Scene()\nsettings.{LINEAR}\nfat = om.Body(patient, scene=settings)"),
                            ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
                            ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *"),

@@ -58,7 +58,8 @@ CHEAPER = [  # of the quick tests; linear where only the search or the loop is t
     ("planned.csv -o stiffness", "planned.csv -o stiffness || test $? = 1"),  # the coarse model cannot fit
     ("cells: [8, 8, 1], world_cells: [12, 12, 1]", "cells: [4, 4, 1], element: linear, world_cells: [7, 7, 1]"),
     ("young=young, poisson=0.45)", "young=young, poisson=0.45, element=\"linear\")"),
-    ("edge=0.006", "edge=0.008"), ("--edge 6", "--edge 8"), ("--steps 512", "--steps 64"),
+    ("edge=0.006", "edge=0.008, refine=False, allow_loss=True"), ("--edge 6", "--edge 8 --no-refine --allow-loss"),
+    ("--steps 512", "--steps 64"),
     ("center_mm: [-20, 0, 0], radius_mm: 8}", "center_mm: [-35, 0, 0], radius_mm: 8}\nendoscope: {width: 64, height: 48}"),
 ]
 

@@ -27,6 +27,7 @@ static const OmCliOption option[] = {
      3},
     {"--no-bending", NULL, NULL, "leave out the bending test of the mesh, 0.5 to 1 s"},
     {"--no-refine", NULL, NULL, "keep the edge length also where parts are thinner"},
+    {"--allow-loss", NULL, NULL, "exit code 0 also where the mesh does not hold all of the label"},
     {"--remesh", NULL, NULL, "remesh a volume mesh instead of using its elements"},
     {"--repair", NULL, NULL,
      "mend a surface also where many triangles are damaged, and fill large holes"},
@@ -63,6 +64,12 @@ static const OmCliKey result_key[] = {
     {"edge_largest_mm", "length of edges"},
     {"volume_ml", "volume of the mesh"},
     {"surface_error_mm", "mean distance to the input's surface"},
+    {"label_to_mesh_95_mm", "95 % of the label's surface are nearer to the mesh"},
+    {"label_to_mesh_largest_mm", "largest distance of the label's surface from the mesh"},
+    {"mesh_to_label_95_mm", "95 % of the mesh's surface are nearer to the label"},
+    {"mesh_to_label_largest_mm", "largest distance of the mesh's surface from the label"},
+    {"missing_ml", "of the label, not in the mesh"},
+    {"too_much_ml", "of the mesh, not in the label"},
     {"bending_error_percent", "what quadratic elements lack of a bending deflection"},
 };
 
@@ -340,6 +347,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     if (om_cli_get(args, "--strict")) def->repair = OM_REPAIR_STRICT;
     def->keep_cracks = om_cli_get(args, "--keep-cracks") != NULL;
     def->refine = om_cli_get(args, "--no-refine") == NULL;
+    def->allow_loss = om_cli_get(args, "--allow-loss") != NULL;
     def->has_bending_test = om_cli_get(args, "--no-bending") == NULL;
     if (unit) {
         bool is_m = strcmp(unit, "m") == 0, is_cm = strcmp(unit, "cm") == 0;
@@ -365,6 +373,28 @@ static void print_notes(const OmModelReport* r) {
         line = *end ? end + 1 : end;
     }
     if (r->warning[0]) printf("note: %s\n", r->warning);
+}
+
+static void print_gap(const char* name, const OmSurfaceGap* gap) {
+    printf("%s: %.2f mm (mean), %.2f (95 %%), %.2f (largest, at %.1f, %.1f, %.1f)\n", name,
+           gap->mean * 1e3, gap->p95 * 1e3, gap->max * 1e3, gap->where.x * 1e3, gap->where.y * 1e3,
+           gap->where.z * 1e3);
+}
+
+static void print_fit(const OmModelReport* r) {
+    const OmTopology* m = &r->fit.mesh;
+    print_gap("from the label's surface to the mesh", &r->fit.to_mesh);
+    print_gap("from the mesh's surface to the label", &r->fit.to_solid);
+    om_cli_figure("label_to_mesh_95_mm", r->fit.to_mesh.p95 * 1e3);
+    om_cli_figure("label_to_mesh_largest_mm", r->fit.to_mesh.max * 1e3);
+    om_cli_figure("mesh_to_label_95_mm", r->fit.to_solid.p95 * 1e3);
+    om_cli_figure("mesh_to_label_largest_mm", r->fit.to_solid.max * 1e3);
+    om_cli_figure("missing_ml", r->fit.lost * 1e6);
+    om_cli_figure("too_much_ml", r->fit.added * 1e6);
+    if (om_topology_is_equal(&r->fit.solid, m))
+        printf("%d part%s, %d handle%s, %d cavit%s, as the label\n", m->npart,
+               m->npart == 1 ? "" : "s", m->nhandle, m->nhandle == 1 ? "" : "s", m->ncavity,
+               m->ncavity == 1 ? "y" : "ies");
 }
 
 static void print_summary(const OmPatient* p, const OmModelReport* r, const char* dir) {
@@ -405,6 +435,7 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
         printf("%s%s %d", s ? ", " : "sets: ", p->mesh.set[s].name, p->mesh.set[s].nvert);
     }
     if (p->mesh.nset) printf(" vertices; region of interest: %d points\n", p->nroi);
+    if (r->has_fit) print_fit(r);
     print_notes(r);
     printf("%s: written in %.1f s; open report.html\n", dir, r->seconds);
 }
@@ -426,11 +457,14 @@ static OmStatus take_dicom(const char* input, OmModelDef* def, OmDicomSeries* se
     return is_short ? OM_OK : om_error(OM_INVALID, "%s: the path is too long", input);
 }
 
-static int build(const OmModelDef* def, OmSpace export_space, bool is_quiet, const char* dir) {
+// A model that loses something is written, too, with a report that shows where; the exit code tells.
+static int build(const OmModelDef* asked, OmSpace export_space, bool is_quiet, const char* dir) {
     OmPatient patient;
     OmModelReport report;
+    OmModelDef def = *asked;
+    def.allow_loss = true;
     const OmProgress* progress = om_cli_progress(is_quiet);
-    OmStatus status = om_model_build(def, progress, &patient, &report);
+    OmStatus status = om_model_build(&def, progress, &patient, &report);
     if (status < 0) return om_cli_fail("model", status);
     patient.file_space = export_space;
     status = om_progress_report(progress, "writing", 0, 1);
@@ -443,7 +477,13 @@ static int build(const OmModelDef* def, OmSpace export_space, bool is_quiet, con
                 "tissue.vtu and organ.ply are in LPS and state it; patient.yaml is always in RAS\n");
     }
     om_patient_done(&patient);
-    return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
+    if (status < 0) return om_cli_fail("model", status);
+    if (!report.has_loss) return OM_EXIT_OK;
+    char text[1024];
+    om_model_describe_loss(&report, text, sizeof text);
+    fprintf(stderr, "omentum model: %s%s\n", text,
+            asked->allow_loss ? "" : ", or add --allow-loss");
+    return asked->allow_loss ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
 
 int om_cli_model(int argc, char** argv) {

@@ -2,9 +2,8 @@
 //
 //   read -> select -> clean -> distance field -> surface, mesh (or sheet) -> materials -> report
 //
-// The mesher cuts corners: a mesh of a ball is inscribed. So the level of the surface is shifted by a
-// fraction of an edge until the mesh has the volume of the cleaned mask (false position on volume over
-// area). Where this is not enough, because parts thinner than an edge are lost, the edge is shortened.
+// A mesh of a label is judged in both directions (scene_model_fit.c). A sheet is made, not given: its mesh is
+// inscribed, so its level is shifted by a fraction of an edge until the mesh has the volume of the sheet.
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
@@ -17,9 +16,8 @@
 #define MAX_REFINE 4       // refinements, each by a factor of 0.8
 // Processor time for one element, s, measured on a liver of 0.1 to 6 million.
 #define TET_SECONDS 4e-6
-#define SAID_FROM 30      // s: a longer duration is logged before meshing
-#define MAX_TET 2e7       // larger meshes are refused before meshing
-#define TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
+#define SAID_FROM 30  // s: a longer duration is logged before meshing
+#define MAX_TET 2e7   // larger meshes are refused before meshing
 
 void om__model_warn(OmModelReport* report, const char* format, ...) {
     size_t len = strlen(report->warning);
@@ -162,7 +160,7 @@ OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction) 
 
 // ---- meshing to a volume -------------------------------------------------------------------------------------
 
-static OmStatus boundary_area(const OmTetMesh* mesh, double* area) {
+OmStatus om__boundary_area(const OmTetMesh* mesh, double* area) {
     OmSurface s;
     OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
     *area = 0;
@@ -192,7 +190,7 @@ static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgre
         double volume = om_tet_mesh_volume(mesh);
         *error = task->volume > 0 ? fabs(volume / task->volume - 1) : 0;
         if (status == OM_OK && *error > VOLUME_GOAL && it < MAX_SHIFT) {
-            status = boundary_area(mesh, &area);
+            status = om__boundary_area(mesh, &area);
             double step = area > 0 ? (task->volume - volume) / area : 0;
             double next = fmax(-0.5 * edge, fmin(0.5 * edge, *level + step));
             if (status == OM_OK && fabs(next - *level) > 1e-6 * edge) {
@@ -206,22 +204,26 @@ static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgre
     }
 }
 
-OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
-                              OmModelReport* report) {
-    double edge = task->edge, best = HUGE_VAL;
-    double ntet = TET_DENSITY * task->volume / (edge * edge * edge);  // edge > 0 by check_def
-    OmStatus last = OM_OK;
-    memset(mesh, 0, sizeof *mesh);
+OmStatus om__model_check_size(double volume, double edge) {
+    const double ntet = OM__TET_DENSITY * volume / (edge * edge * edge);  // edge > 0 by check_def
     OM_CHECK(ntet < MAX_TET, OM_INVALID,
              "an edge of %.3g mm would make %.0f million tetrahedra, above %.0f million: use a "
              "larger edge",
              edge * 1e3, ntet * 1e-6, MAX_TET * 1e-6);
-    double seconds = TET_SECONDS * ntet;
-    if (seconds > SAID_FROM)
+    if (TET_SECONDS * ntet > SAID_FROM)
         om_log(OM_LOG_WARNING,
                "an edge of %.3g mm makes about %.2g million tetrahedra, which take a minute of one "
                "processor for every 15 million, and as long again to write",
                edge * 1e3, ntet * 1e-6);
+    return OM_OK;
+}
+
+OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
+                              OmModelReport* report) {
+    double edge = task->edge, best = HUGE_VAL;
+    OmStatus last = om__model_check_size(task->volume, edge);
+    memset(mesh, 0, sizeof *mesh);
+    OM_TRY(last);
     for (int step = 0; step <= (task->refine ? MAX_REFINE : 0); step++, edge *= 0.8) {
         OmTetMesh trial;
         double level = 0, error = 0;
@@ -281,18 +283,17 @@ static OmStatus mesh_organ(const OmModelDef* def, OmBody* body, const OmProgress
         report->mesh_volume = om_tet_mesh_volume(&patient->mesh);
         return OM_OK;
     }
-    OmMeshTask task = {.fn = om_sdf_shape_fn,
-                       .ctx = &body->sdf,
-                       .volume = body->volume_ref,
-                       .edge = def->edge,
-                       .min_share = def->keep_all ? def->min_share : 0,
-                       .refine = def->refine,
-                       .nworker = def->nworker};
-    om_sdf_bounds(&body->sdf, &task.lo, &task.hi);
-    OM_TRY(om__mesh_with_volume(&task, progress, &patient->mesh, report));
+    OM_TRY(om__mesh_solid(def, body, progress, patient, report));
     OM_TRY(om_progress_report(progress, "labels", 0, 1));
     om__body_label_elements(def, body, &patient->mesh);
     return OM_OK;
+}
+
+static OmStatus refuse_loss(const OmModelDef* def, const OmModelReport* report) {
+    char text[1024];
+    if (!report->has_loss || def->allow_loss) return OM_OK;
+    om_model_describe_loss(report, text, sizeof text);
+    return om_error(OM_INVALID, "%s: %s; or allow the loss", def->input, text);
 }
 
 static void default_materials(const OmModelDef* def, OmPatient* patient) {
@@ -308,9 +309,15 @@ static void default_materials(const OmModelDef* def, OmPatient* patient) {
     patient->nmaterial = 1;
 }
 
-// Distance of the mesh's boundary to the level set, at vertices and centres of triangles.
+// Distance of the mesh's boundary to the solid: of a mesh that was made here, of its fit; of one from a file, to its
+// distance field, at vertices and centres of triangles.
 static OmStatus surface_error(const OmBody* body, const OmTetMesh* mesh, OmModelReport* report) {
     OmSurface s;
+    if (report->has_fit) {
+        report->surface_error_mean = report->fit.to_solid.mean;
+        report->surface_error_max = report->fit.to_solid.max;
+        return OM_OK;
+    }
     OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
     double sum = 0;
     for (int i = 0; i < s.nvert + s.ntri; i++) {
@@ -385,6 +392,7 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         OM_TRY_DONE(om__sheet_build(def, &body, progress, patient, report));
     } else {
         OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
+        OM_TRY_DONE(refuse_loss(def, report));
         OM_TRY_DONE(om_progress_report(progress, "surface error", 0, 1));
         OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
         om_surface_done(&patient->organ);  // it is the tissue itself, not the organ below it
@@ -422,5 +430,7 @@ void om_patient_done(OmPatient* patient) {
     om_surface_done(&patient->organ);
     om_free(patient->roi_point);
     om_free(patient->roi_normal);
+    om_free(patient->gap);
+    om_surface_done(&patient->missed);
     memset(patient, 0, sizeof *patient);
 }

@@ -54,6 +54,15 @@ typedef struct OmMeshTask {
 } OmMeshTask;
 OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
                               OmModelReport* report);
+// Mesh the solid of a body, finer where its parts are thinner than an edge, into patient->mesh, gap and missed; sets
+// fit, has_loss, edge, level_shift and volumes of the report.
+OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* progress,
+                        OmPatient* patient, OmModelReport* report);
+// Refuse, or log, how many tetrahedra a volume of m^3 would have.
+OmStatus om__model_check_size(double volume, double edge);
+OmStatus om__boundary_area(const OmTetMesh* mesh, double* area);  // m^2
+#define OM__TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
+#define OM__FIELD_ROUNDS 8    // of volume correction, as of a distance field
 
 // Build the sheet over the organ, its sets, and the region of interest, into `patient`.
 OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,

@@ -31,11 +31,13 @@ static void put_table(Table* t, OmReport* page) {
 static void add_verdict(const OmModelReport* r, OmReport* page) {
     const double angle = r->quality.dihedral_min * 180 / OM_PI;
     const double error = fmax(r->volume_error, fabs(r->label_error));
-    bool is_good = error <= 0.02 && angle > 8;
-    char text[256];
-    snprintf(text, sizeof text, "Volume %s 2 %%%s, smallest dihedral angle %s 8 degrees.",
+    bool is_good = error <= 0.02 && angle > 8 && !r->has_loss;
+    char text[1280];
+    snprintf(text, sizeof text, "%sVolume %s 2 %%%s, smallest dihedral angle %s 8 degrees.",
+             r->has_fit && !r->has_loss ? "No part of the label is lost. " : "",
              error <= 0.02 ? "within" : "off by more than",
              r->label_volume > 0 ? " of the whole label" : "", angle > 8 ? "above" : "not above");
+    if (r->has_loss) om_model_describe_loss(r, text, sizeof text);
     om_report_verdict(page, text, is_good);
     if (r->selected[0]) {
         char what[sizeof r->selected + 128];
@@ -74,6 +76,25 @@ static void add_facts(const OmModelReport* r, OmReport* page) {
     om_report_facts(page, value, label, 4);
 }
 
+static void add_gap(Table* t, const char* name[3], const OmSurfaceGap* gap) {
+    add_row(t, name[0], gap->mean * 1e3, "%.3f", "mm");
+    add_row(t, name[1], gap->p95 * 1e3, "%.3f", "mm");
+    add_row(t, name[2], gap->max * 1e3, "%.3f", "mm");
+}
+
+static void add_fit(Table* t, const OmShapeFit* fit) {
+    const char* to_mesh[3] = {"label's surface to the mesh, mean", "95 % are below", "largest"};
+    const char* to_solid[3] = {"mesh's surface to the label, mean", "95 % are below", "largest"};
+    add_gap(t, to_mesh, &fit->to_mesh);
+    add_gap(t, to_solid, &fit->to_solid);
+    add_row(t, "handles of the label", fit->solid.nhandle, "%.0f", "");
+    add_row(t, "handles of the mesh", fit->mesh.nhandle, "%.0f", "");
+    add_row(t, "cavities of the label", fit->solid.ncavity, "%.0f", "");
+    add_row(t, "cavities of the mesh", fit->mesh.ncavity, "%.0f", "");
+    add_row(t, "missing in the mesh", fit->lost * 1e6, "%.3f", "mL");
+    add_row(t, "too much in the mesh", fit->added * 1e6, "%.3f", "mL");
+}
+
 static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     const OmMeshQuality* q = &r->quality;
     const double deg = 180 / OM_PI;
@@ -91,6 +112,7 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     add_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "%.3f", "mm");
     add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");
     add_row(t, "shift of the level set for the right volume", r->level_shift * 1e3, "%.3f", "mm");
+    if (r->has_fit) add_fit(t, &r->fit);
     if (r->mask_volume > 0) {
         add_row(t, "volume of the whole label", r->label_volume * 1e6, "%.3f", "mL");
         add_row(t, "of it left out", r->left_out * 1e6, "%.3f", "mL");

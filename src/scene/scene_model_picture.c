@@ -1,9 +1,9 @@
 // scene_model_picture.c: pictures of a patient model for its page.
 //
-// A model with a sheet is seen along the covered side and obliquely: the organ with the region of interest,
-// the tissue over it with its attachments, a side view, and a cut through both that shows the elements. An
-// organ alone is seen from the front, from below and from its left. Each picture has marks of direction and a
-// bar.
+// A model with a sheet is seen along the covered side and obliquely: the organ with the region of interest, the
+// tissue over it with its attachments, a side view, and a cut through both that shows the elements. An organ alone is
+// seen from the front, from below and from its left. At last a mesh of a label is coloured by its distance from the
+// label, with the parts of the label that it does not reach. Each picture has marks of direction and a bar.
 #include <string.h>
 
 #include "scene/scene_model_internal.h"
@@ -11,7 +11,8 @@
 
 enum { WIDTH = 440, HEIGHT = 340 };
 
-enum { ORGAN, ROI, TISSUE, HELD, CUT_ORGAN, CUT_TISSUE, NOBJECT };
+// Of the mesh: NEAR to FAR by the distance from the label, below a tenth, a third and one mean edge, and above.
+enum { ORGAN, ROI, TISSUE, HELD, CUT_ORGAN, CUT_TISSUE, NEAR, FAIR, OFF, FAR, MISSED, NOBJECT };
 
 typedef struct Stage {
     OmSenseScene* scene;
@@ -25,7 +26,17 @@ static OmSenseLook look_of(int object) {
     static const OmSensePart part[NOBJECT] = {
         [ORGAN] = OM_PART_ORGAN, [ROI] = OM_PART_ROI,         [TISSUE] = OM_PART_TISSUE,
         [HELD] = OM_PART_HELD,   [CUT_ORGAN] = OM_PART_ORGAN, [CUT_TISSUE] = OM_PART_TISSUE};
+    static const double color[NOBJECT][3] = {[NEAR] = {0.75, 0.75, 0.72},
+                                             [FAIR] = {0.45, 0.65, 0.80},
+                                             [OFF] = {0.95, 0.65, 0.15},
+                                             [FAR] = {0.80, 0.15, 0.10},
+                                             [MISSED] = {0.60, 0.05, 0.45}};
     OmSenseLook look = om_sense_look(part[object]);
+    if (object >= NEAR) {
+        look.red = color[object][0];
+        look.green = color[object][1];
+        look.blue = color[object][2];
+    }
     look.gloss = 0.2;
     look.texture = OM_TEXTURE_NONE;
     look.is_smooth = object == ORGAN || object == ROI;
@@ -129,6 +140,33 @@ static OmStatus add_cut_tissue(const OmPatient* p, Stage* stage) {
     return status;
 }
 
+// The mesh's boundary by its distance from the label, and what of the label is far from it.
+static OmStatus add_distance(const OmPatient* p, Stage* stage) {
+    OmStatus status = OM_OK;
+    OmSurface boundary = {0};
+    OmMeshQuality quality;
+    int* vert = NULL;
+    unsigned char* kind = NULL;
+    OM_TRY_DONE(om_tet_mesh_quality(&p->mesh, &quality));
+    OM_TRY_DONE(om_tet_mesh_boundary(&p->mesh, &boundary, &vert));
+    const int ntri = boundary.ntri > p->missed.ntri ? boundary.ntri : p->missed.ntri;
+    OM_CALLOC_DONE(kind, (size_t)ntri);
+    for (int t = 0; t < boundary.ntri; t++) {
+        const int* v = &boundary.tri_vert[3 * t];
+        double gap = 0;
+        for (int c = 0; c < 3; c++) gap = fmax(gap, p->gap[vert[v[c]]] / quality.edge_mean);
+        kind[t] = (unsigned char)((gap >= 0.1) + (gap >= 1.0 / 3) + (gap >= 1));
+    }
+    for (int k = 0; k < 4; k++) OM_TRY_DONE(add_part(stage, NEAR + k, &boundary, kind, k));
+    memset(kind, 0, (size_t)ntri);
+    OM_TRY_DONE(add_part(stage, MISSED, &p->missed, kind, 0));
+done:
+    om_surface_done(&boundary);
+    om_free(vert);
+    om_free(kind);
+    return status;
+}
+
 // ---- views ---------------------------------------------------------------------------------------------------
 
 static void place_stage(const OmPatient* p, Stage* stage) {
@@ -212,10 +250,29 @@ static OmStatus take_picture(Stage* stage, const OmModelView* view, OmReport* pa
     return status;
 }
 
+// Where the mesh leaves the label, from two sides.
+static OmStatus take_distance(const OmPatient* p, Stage* stage, OmReport* page) {
+    const unsigned shown = 1u << NEAR | 1u << FAIR | 1u << OFF | 1u << FAR | 1u << MISSED;
+    const OmVec3 f = stage->front, t = stage->top, s = stage->side;
+    if (!p->gap) return OM_OK;
+    for (int side = 1; side >= -1; side -= 2) {
+        const OmVec3 from = om_scale(side, om_madd(om_madd(f, 0.35, t), 0.55, s));
+        const OmModelView view = make_view(
+            stage, from, t, shown,
+            side > 0
+                ? "Distance of the mesh from the label, in mean edges: grey below 0.1, blue below a "
+                  "third, orange below 1, red above; violet: the label where the mesh is far"
+                : "The same from the other side");
+        OM_TRY(take_picture(stage, &view, page));
+    }
+    return OM_OK;
+}
+
 static OmStatus take_pictures(const OmPatient* p, Stage* stage, OmReport* page) {
     OmModelView view[OM_MODEL_VIEWS];
     make_views(p, stage, view);
     for (int i = 0; i < OM_MODEL_VIEWS; i++) OM_TRY(take_picture(stage, &view[i], page));
+    OM_TRY(take_distance(p, stage, page));
     om_report_paragraph(
         page, "Letters at the borders: right, left, anterior, posterior, superior, inferior of "
               "the patient, the nearest first. Bars hold in the plane through the middle.");
@@ -230,6 +287,7 @@ OmStatus om_patient_add_pictures(const OmPatient* patient, struct OmReport* page
     OmStatus status = add_organ(patient, &stage);
     if (status == OM_OK) status = add_tissue(patient, &stage);
     if (status == OM_OK) status = add_cut_tissue(patient, &stage);
+    if (status == OM_OK && patient->gap) status = add_distance(patient, &stage);
     if (status == OM_OK) status = take_pictures(patient, &stage, page);
     om_sense_scene_destroy(stage.scene);
     return status;

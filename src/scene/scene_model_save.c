@@ -134,6 +134,55 @@ static OmStatus append_yaml(OmText* t, const OmPatient* p) {
 
 // ---- report.json ------------------------------------------------------------------------------------------
 
+static void add_place(OmJson* j, const char* name, OmVec3 x) {
+    om_json_open(j, name, '[');
+    om_json_number(j, NULL, x.x * 1e3);
+    om_json_number(j, NULL, x.y * 1e3);
+    om_json_number(j, NULL, x.z * 1e3);
+    om_json_close(j, ']');
+}
+
+static void add_gap(OmJson* j, const char* name, const OmSurfaceGap* gap) {
+    om_json_open(j, name, '{');
+    om_json_number(j, "mean_mm", gap->mean * 1e3);
+    om_json_number(j, "p95_mm", gap->p95 * 1e3);
+    om_json_number(j, "max_mm", gap->max * 1e3);
+    add_place(j, "max_at_mm", gap->where);
+    om_json_close(j, '}');
+}
+
+static void add_topology(OmJson* j, const char* name, const OmTopology* topology) {
+    om_json_open(j, name, '{');
+    om_json_integer(j, "parts", topology->npart);
+    om_json_integer(j, "handles", topology->nhandle);
+    om_json_integer(j, "cavities", topology->ncavity);
+    om_json_bool(j, "is_manifold", topology->is_manifold);
+    om_json_close(j, '}');
+}
+
+static void add_fit(OmJson* j, const OmShapeFit* fit, bool has_loss) {
+    om_json_open(j, "fit", '{');
+    om_json_bool(j, "has_loss", has_loss);
+    add_gap(j, "label_to_mesh", &fit->to_mesh);
+    add_gap(j, "mesh_to_label", &fit->to_solid);
+    add_topology(j, "label", &fit->solid);
+    add_topology(j, "mesh", &fit->mesh);
+    om_json_number(j, "missing_ml", fit->lost * 1e6);
+    om_json_number(j, "too_much_ml", fit->added * 1e6);
+    om_json_integer(j, "places_found", fit->nloss);
+    om_json_open(j, "places", '[');
+    for (int i = 0; i < fit->nloss && i < OM_MAX_LOSS; i++) {
+        om_json_open(j, NULL, '{');
+        om_json_string(j, "kind", fit->loss[i].is_added ? "too much" : "missing");
+        om_json_number(j, "volume_ml", fit->loss[i].volume * 1e6);
+        add_place(j, "at_mm", fit->loss[i].where);
+        om_json_number(j, "depth_mm", fit->loss[i].depth * 1e3);
+        om_json_close(j, '}');
+    }
+    om_json_close(j, ']');
+    om_json_close(j, '}');
+}
+
 static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* r) {
     const OmMeshQuality* q = &r->quality;
     const double deg = 180 / OM_PI;
@@ -175,6 +224,7 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_number(&j, "surface_error_max_mm", r->surface_error_max * 1e3);
     om_json_number(&j, "surface_error_voxel", r->surface_error_voxel);
     om_json_number(&j, "level_shift_mm", r->level_shift * 1e3);
+    if (r->has_fit) add_fit(&j, &r->fit, r->has_loss);
     om_json_integer(&j, "elements_through_thickness", r->quality.nlayer);
     om_json_number(&j, "bending_error_percent", 100 * r->bending_error);
     om_json_integer(&j, "parts_found", r->npart_mask);

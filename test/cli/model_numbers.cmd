@@ -23,6 +23,6 @@ out volume 60\.\d+ mL
 out 2\.16 mL \(3\.5 %\) of the label are left out
 
 # A tetrahedron of 5 cm: 125 / 6 mL.
-$ printf 'OFF\n4 4 0\n0 0 0\n5 0 0\n0 5 0\n0 0 5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' > cm.off; omentum model --no-bending cm.off --unit cm --edge 8 -q -o cm
+$ printf 'OFF\n4 4 0\n0 0 0\n5 0 0\n0 5 0\n0 0 5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' > cm.off; omentum model --no-bending cm.off --unit cm --edge 4 -q -o cm
 exit 0
 out volume 20\.\d+ mL

@@ -456,7 +456,7 @@ def test_pictures(folder):
     with open(path, "wb") as f:
         f.write(bytes(head) + bytes(4) + inside)
     run(path, "--edge", "6", "-o", out, "-q")
-    front, below, _, _ = pictures(out)
+    front, below, *_ = pictures(out)
     width, height, rows = front
     mid = height // 2
     assert white_box(front, 0, mid - 20, 30, mid + 20) == LETTER_R, "R is on the left of the view from the front"

@@ -74,10 +74,11 @@ static inline double model_count(const OmModelDef* def) {
     return (double)count * voxel;
 }
 
-/// Volumes of mesh and surface within 2 % of the cleaned mask (or of the closed surface that was read),
-/// dihedral angles above 8 degrees, no inverted element: issue 2. Volumes and angles are measured here; the
-/// builder's own report must say the same. The mask and what was left out of it are what the file counts within
-/// 1 %. Returns the volume, m^3.
+/// The volume within 1 % of the cleaned mask (or of the closed surface that was read), 95 % of the distances in both
+/// directions below a third of an edge, the largest below one edge, no lost place unless allowed, the same topology,
+/// dihedral angles above 10 degrees, no inverted element. Volumes and angles are measured here; the builder's own
+/// report must say the same. The mask and what was left out of it are what the file counts within 1 %. Returns the
+/// volume, m^3.
 static inline double model_check(const char* name, const OmModelDef* def) {
     OmPatient p;
     OmModelReport r;
@@ -86,11 +87,18 @@ static inline double model_check(const char* name, const OmModelDef* def) {
     const OmMeshQuality* q = &r.quality;
     double surface = r.mask_volume > 0 ? r.surface_volume / r.mask_volume - 1 : 0, min, max;
     double volume = model_measure(&p.mesh, &min, &max), counted = model_count(def);
-    printf("%-22s %7.2f %8d %6.1f %7.1f %9.3f %10.4f %8.3f %7.2f%s mask %.4f of the voxels\n", name,
+    const OmShapeFit* f = &r.fit;
+    printf("%-22s %7.2f %8d %6.1f %7.1f %9.3f %10.4f %8.3f %7.2f%s mask %.4f of the voxels", name,
            r.edge * 1e3, q->ntet, min * 180 / OM_PI, max * 180 / OM_PI, 100 * r.volume_error,
            100 * surface, r.surface_error_mean * 1e3, r.seconds,
            r.edge < 0.999 * def->edge ? "  finer than asked" : "",
            counted > 0 ? r.mask_volume / counted : 0);
+    printf("; 95 %% %.2f, %.2f, largest %.2f, %.2f mm; %s\n", f->to_mesh.p95 * 1e3,
+           f->to_solid.p95 * 1e3, f->to_mesh.max * 1e3, f->to_solid.max * 1e3, r.warning);
+    assert_true(r.has_fit && (!r.has_loss || def->allow_loss));
+    assert_true(om_topology_is_equal(&f->solid, &f->mesh) || strstr(r.warning, "handles and"));
+    assert_below(fmax(f->to_mesh.p95, f->to_solid.p95), def->edge / 3);
+    assert_below(fmax(f->to_mesh.max, f->to_solid.max), def->edge);
     assert_int_equal(q->ntet, p.mesh.ntet);
     assert_near_rel(q->volume, volume, 1e-9);
     assert_near(q->dihedral_min, min, 1e-6);  // acos of numbers near 1
@@ -98,10 +106,10 @@ static inline double model_check(const char* name, const OmModelDef* def) {
     double goal = counted > 0 ? r.mask_volume : model_enclosed(def);
     if (counted > 0)  // what was left out is said; holes of the mask are filled
         assert_near((r.mask_volume + r.left_out) / counted, 1, 0.01);
-    assert_near(fabs(volume / goal - 1), r.volume_error, 1e-9);
-    assert_near(volume / goal, 1, 0.02);
+    assert_near(fabs(volume / goal - 1), r.volume_error, 1e-6);
+    assert_near(volume / goal, 1, 0.01);
     assert_near(surface, 0, 0.02);
-    assert_true(min * 180 / OM_PI > 8);
+    assert_true(min * 180 / OM_PI > 10);
     assert_ok(om_tet_mesh_validate(&p.mesh));
     om_patient_done(&p);
     return volume;

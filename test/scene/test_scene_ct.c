@@ -83,6 +83,7 @@ static OmModelDef model_def(void) {
     def.over.label[def.over.nlabel++] = OM_CT_TUMOUR;
     def.over.roi = OM_CT_TUMOUR;
     def.refine = false;
+    def.allow_loss = true;
     assert_ok(om_model_parse_attach("underside:left 30 %", &def.over.attach[def.over.nattach++]));
     return def;
 }
@@ -177,6 +178,7 @@ static OmStatus build_all(void* ctx) {
     def.over.label[def.over.nlabel++] = OM_CT_TUMOUR;
     def.over.roi = OM_CT_TUMOUR;
     def.refine = false;
+    def.allow_loss = true;
     def.nworker = 1;
     OmStatus status = om_ct_make(&ct_def, &ct, &truth);
     if (status == OM_OK) status = om_ct_label(&ct, &labels);

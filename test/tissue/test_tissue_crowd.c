@@ -50,7 +50,12 @@ static void run(Crowd* c, int nbody, int nworker, bool is_shared, uint64_t* hash
         assert_ok(om_tissue_work_create(b->m, &b->w));
         assert_ok(om_contact_work_create(b->c, &b->cw));
         OmVec3 way = om_vec3(0.3 * cos(k), 0.3 * sin(k), -0.2 - 1e-3 * k);
-        for (int i = 0; i < om_tissue_mesh(b->m)->nvert; ++i) om_store3(om_tissue_v(b->s), i, way);
+        const OmTetMesh* mesh = om_tissue_mesh(b->m);
+        double* v = om_alloc(3 * (size_t)mesh->nvert, sizeof *v);
+        assert_non_null(v);
+        for (int i = 0; i < mesh->nvert; ++i) om_store3(v, i, way);
+        assert_ok(om_tissue_set_x(b->m, b->s, mesh->x, v));
+        om_free(v);
         c->worst[k] = OM_OK;
     }
     om_worker_force(true);  // as many threads, whatever the machine has
