@@ -293,7 +293,8 @@ static OmStatus refuse_loss(const OmModelDef* def, const OmModelReport* report) 
     char text[1024];
     if (!report->has_loss || def->allow_loss) return OM_OK;
     om_model_describe_loss(report, text, sizeof text);
-    return om_error(OM_INVALID, "%s: %s; or allow the loss", def->input, text);
+    return om_error(OM_INVALID, "%s: %s; or allow the loss", def->input[0] ? def->input : def->name,
+                    text);
 }
 
 static void default_materials(const OmModelDef* def, OmPatient* patient) {
