@@ -383,8 +383,8 @@ static void print_gap(const char* name, const OmSurfaceGap* gap) {
 
 static void print_fit(const OmModelReport* r) {
     const OmTopology* m = &r->fit.mesh;
-    print_gap("from the label's surface to the mesh", &r->fit.to_mesh);
-    print_gap("from the mesh's surface to the label", &r->fit.to_solid);
+    print_gap("from the surface of the input to the mesh", &r->fit.to_mesh);
+    print_gap("from the surface of the mesh to the input", &r->fit.to_solid);
     om_cli_figure("label_to_mesh_95_mm", r->fit.to_mesh.p95 * 1e3);
     om_cli_figure("label_to_mesh_largest_mm", r->fit.to_mesh.max * 1e3);
     om_cli_figure("mesh_to_label_95_mm", r->fit.to_solid.p95 * 1e3);
@@ -392,7 +392,7 @@ static void print_fit(const OmModelReport* r) {
     om_cli_figure("missing_ml", r->fit.lost * 1e6);
     om_cli_figure("too_much_ml", r->fit.added * 1e6);
     if (om_topology_is_equal(&r->fit.solid, m))
-        printf("%d part%s, %d handle%s, %d cavit%s, as the label\n", m->npart,
+        printf("%d part%s, %d handle%s, %d cavit%s, as the input\n", m->npart,
                m->npart == 1 ? "" : "s", m->nhandle, m->nhandle == 1 ? "" : "s", m->ncavity,
                m->ncavity == 1 ? "y" : "ies");
 }

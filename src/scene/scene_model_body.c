@@ -7,6 +7,7 @@ void om__body_done(OmBody* body) {
     if (!body->is_volume_borrowed) om_volume_done(&body->volume);
     om_mask_done(&body->mask);
     om_tet_mesh_done(&body->mesh);
+    om_surface_done(&body->surface);
     om_sdf_done(&body->sdf);
     memset(body, 0, sizeof *body);
 }
@@ -531,7 +532,7 @@ static OmStatus surface_field(const OmModelDef* def, const OmSurface* surface, c
 
 // Mend a surface and say what was done.
 static OmStatus mend_surface(const OmModelDef* def, OmSurface* surface, double* volume,
-                             OmModelReport* report) {
+                             bool* is_folded, OmModelReport* report) {
     OmSurfaceRepair r;
     OmSurfaceRepairDef repair = om_surface_repair_default_def();
     repair.mode = def->repair;
@@ -542,6 +543,7 @@ static OmStatus mend_surface(const OmModelDef* def, OmSurface* surface, double* 
         if (text[0]) om__model_note(report, "%s", text);
     }
     *volume = r.volume;
+    *is_folded = r.negative > 0 || r.defect[OM_DEFECT_OPEN].count > 0;
     return OM_OK;
 }
 
@@ -554,10 +556,10 @@ static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmB
     n.used = om_mesh_frame_join(given, n.stated);
     n.length = longest_side(surface.x, surface.nvert);
     note_frame(def, &n, report);
-    OmStatus status = mend_surface(def, &surface, &n.volume, report);
+    OmStatus status = mend_surface(def, &surface, &n.volume, &body->is_folded, report);
     if (status == OM_OK) status = check_size(def, &n, report);
     if (status == OM_OK) status = surface_field(def, &surface, &n, sdf_def, body);
-    om_surface_done(&surface);
+    body->surface = surface;
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 

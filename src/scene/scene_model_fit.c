@@ -17,6 +17,7 @@
 
 #define MAX_TRIAL 12
 #define LEAST 8            // nodes: a cube of one edge
+#define MAX_HALVING 2      // of the step of a surface's field
 #define SHIFT 0.1          // voxels
 #define FINER 0.63         // of the edge at wrong voxels, from trial to trial
 #define FINEST 0.3         // voxels: the smallest edge
@@ -332,13 +333,11 @@ static OmStatus measure_all(const OmModelDef* def, OmBody* body, int npart, OmPa
     return status;
 }
 
-OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* progress,
-                        OmPatient* patient, OmModelReport* report) {
+static OmStatus mesh_parts(const OmModelDef* def, OmBody* body, const OmProgress* progress,
+                           OmPatient* patient, OmModelReport* report) {
     OmStatus status = OM_OK;
     OmTetMesh* mesh = &patient->mesh;
     int npart = 1, nmeshed = 0;
-    OM_TRY(om__model_check_size(body->volume_ref, def->edge));
-    memset(mesh, 0, sizeof *mesh);
     if (body->has_volume) OM_TRY(om_mask_list_parts(&body->mask, 6, NULL, 0, &npart));
     report->edge = def->edge;
     for (int p = 1; p <= npart && status == OM_OK; p++) {
@@ -362,10 +361,75 @@ OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* p
         status =
             om_error(OM_INVALID, "all parts are thinner than an edge of %.3g mm", def->edge * 1e3);
     if (status == OM_OK) status = measure_all(def, body, npart, patient, report);
-    report->has_fit = status == OM_OK;
+    return status;
+}
+
+// How far a surface is from the mesh, at its vertices, inner walls left out: what its field has lost does not show in the
+// fit, which compares the mesh with this field.
+static OmStatus find_missed(const OmBody* body, const OmTetMesh* mesh, double tolerance,
+                            double* depth, OmVec3* where) {
+    OmStatus status = OM_OK;
+    OmSurface boundary = {0};
+    OmSurfaceTree* tree = NULL;
+    OmSurfacePoint q;
+    *depth = 0;
+    OM_TRY_DONE(om_tet_mesh_boundary(mesh, &boundary, NULL));
+    OM_TRY_DONE(om_surface_tree_create(&boundary, &tree));
+    for (int v = 0; v < body->surface.nvert; v++) {
+        const OmVec3 x = om_load3(body->surface.x, v);
+        if (om_sdf_eval(&body->sdf, x, NULL) < -0.5 * tolerance) continue;
+        om_surface_tree_find(tree, x, NULL, INFINITY, &q);
+        if (q.distance > *depth) *depth = q.distance, *where = x;
+    }
+done:
+    om_surface_done(&boundary);
+    om_surface_tree_destroy(tree);
+    return status;
+}
+
+// The field of a surface again, with half the step.
+static OmStatus halve_field(OmBody* body) {
+    OmSdfDef def = om_sdf_default_def(0.5 * body->sdf.grid.spacing);
+    OmSdf finer;
+    OM_TRY(om_sdf_from_surface(&body->surface, &def, &finer));
+    om_sdf_done(&body->sdf);
+    body->sdf = finer;
+    return OM_OK;
+}
+
+OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* progress,
+                        OmPatient* patient, OmModelReport* report) {
+    OmStatus status = OM_OK;
+    double depth = 0;
+    OmVec3 where = om_vec3(0, 0, 0);
+    OM_TRY(om__model_check_size(body->volume_ref, def->edge));
+    for (int k = 0;; k++) {
+        memset(&patient->mesh, 0, sizeof patient->mesh);
+        OM_TRY(mesh_parts(def, body, progress, patient, report));
+        if (body->surface.ntri == 0) break;
+        OM_TRY(find_missed(body, &patient->mesh, def->edge, &depth, &where));
+        if (depth <= def->edge || !def->refine || k == MAX_HALVING) break;
+        status = halve_field(body);
+        if (status == OM_INVALID) break;  // too many nodes
+        OM_TRY(status);
+        om_tet_mesh_done(&patient->mesh);
+        om_free(patient->gap);
+        patient->gap = NULL;
+        om_surface_done(&patient->missed);
+    }
+    status = OM_OK;
+    if (depth > def->edge && body->is_folded)
+        om__model_note(
+            report,
+            "the surface is up to %.3g mm from the mesh, at (%.4g, %.4g, %.4g) mm: it bounds nothing there, or "
+            "something thin",
+            depth * 1e3, where.x * 1e3, where.y * 1e3, where.z * 1e3);
+    else if (depth > def->edge && report->fit.nloss == 0)  // its volume is not known
+        report->fit.loss[report->fit.nloss++] = (OmShapeLoss){.where = where, .depth = depth};
+    report->has_fit = true;
     const OmShapeFit* fit = &report->fit;
-    report->has_loss = report->has_fit && (fit->nloss > 0 || fit->solid.npart != fit->mesh.npart);
-    if (report->has_fit && !report->has_loss && !is_faithful(fit))
+    report->has_loss = fit->nloss > 0 || fit->solid.npart != fit->mesh.npart;
+    if (!report->has_loss && !is_faithful(fit))
         om__model_warn(
             report,
             "no place of the label is lost, but the mesh has %d handles and %d cavities, the label %d and %d",
@@ -385,26 +449,32 @@ static void add_words(char* text, size_t size, const char* format, ...) {
     va_end(args);
 }
 
-static void add_count(char* text, size_t size, const char* what, int solid, int mesh) {
+static void add_count(char* text, size_t size, const char* of, const char* what, int solid,
+                      int mesh) {
     if (solid != mesh)
-        add_words(text, size, "; %s: %d of the label, %d of the mesh", what, solid, mesh);
+        add_words(text, size, "; %s: %d of the %s, %d of the mesh", what, solid, of, mesh);
 }
 
 void om_model_describe_loss(const OmModelReport* report, char* text, size_t size) {
     const OmShapeFit* f = &report->fit;
     if (size > 0) text[0] = 0;
     if (size == 0 || !report->has_loss) return;
-    add_words(text, size, "the mesh is not the label");
+    const char* what = report->nvoxel > 0 ? "label" : "surface";
+    add_words(text, size, "the mesh is not the %s", what);
     for (int i = 0; i < f->nloss && i < 3; i++) {
         const OmShapeLoss* l = &f->loss[i];
-        add_words(text, size,
-                  "; %.3g mL %s at (%.1f, %.1f, %.1f) mm, up to %.2g mm from the mesh's surface",
-                  l->volume * 1e6, l->is_added ? "too much" : "missing", l->where.x * 1e3,
-                  l->where.y * 1e3, l->where.z * 1e3, l->depth * 1e3);
+        const OmVec3 at = om_scale(1e3, l->where);
+        if (l->volume > 0)
+            add_words(text, size, "; %.3g mL %s", l->volume * 1e6,
+                      l->is_added ? "too much" : "missing");
+        else
+            add_words(text, size, "; a thin part missing");
+        add_words(text, size, " at (%.1f, %.1f, %.1f) mm, up to %.2g mm from the mesh's surface",
+                  at.x, at.y, at.z, l->depth * 1e3);
     }
     if (f->nloss > 3) add_words(text, size, "; and %d more places", f->nloss - 3);
-    add_count(text, size, "parts", f->solid.npart, f->mesh.npart);
-    add_count(text, size, "handles", f->solid.nhandle, f->mesh.nhandle);
-    add_count(text, size, "cavities", f->solid.ncavity, f->mesh.ncavity);
+    add_count(text, size, what, "parts", f->solid.npart, f->mesh.npart);
+    add_count(text, size, what, "handles", f->solid.nhandle, f->mesh.nhandle);
+    add_count(text, size, what, "cavities", f->solid.ncavity, f->mesh.ncavity);
     add_words(text, size, "; use an edge below %.2g mm", 0.6 * report->edge * 1e3);
 }

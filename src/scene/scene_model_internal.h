@@ -23,6 +23,8 @@ typedef struct OmBody {  // the organ after reading and cleaning; om__body_done 
     OmMask mask;    // cleaned
     bool has_mesh;  // from a volume mesh
     OmTetMesh mesh;
+    OmSurface surface;  // of a surface file, mended
+    bool is_folded;     // a part of it bounds nothing: it is open or folded inside out there
     OmSdf sdf;
     double volume_ref;  // volume that the distance field should enclose, m^3
     double voxel;       // mean voxel side, m; 0 without voxels

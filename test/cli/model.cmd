@@ -41,7 +41,7 @@ $ printf 'OFF\n4 4 0\n0 0 0\n0.03 0 0\n0 0.03 0\n0 0 0.03\n3 0 2 1\n3 0 1 3\n3 0
 exit 3
 err metres\.off: the body is 0\.03 mm long if a unit of the file is 1 mm, as is assumed: state its unit with --unit; --unit m makes it 30 mm and 4\.5 mL
 no-file none
-$ omentum model --no-bending metres.off --unit m -q -o metres
+$ omentum model --no-bending metres.off --unit m --edge 6 -q -o metres
 exit 0
 out note: the file does not say whether it is RAS or LPS: RAS is assumed \(--space\)
 out volume 4\.\d+ mL
