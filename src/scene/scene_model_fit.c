@@ -364,8 +364,8 @@ static OmStatus mesh_parts(const OmModelDef* def, OmBody* body, const OmProgress
     return status;
 }
 
-// How far a surface is from the mesh, at its vertices, inner walls left out: what its field has lost does not show in the
-// fit, which compares the mesh with this field.
+// How far a surface is from the mesh, at its vertices, inner walls left out: what its field has lost does not show in
+// the fit, which compares the mesh with this field.
 static OmStatus find_missed(const OmBody* body, const OmTetMesh* mesh, double tolerance,
                             double* depth, OmVec3* where) {
     OmStatus status = OM_OK;

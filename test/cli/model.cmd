@@ -2,7 +2,7 @@
 $ (printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 24 24 24\nspace directions: (3,0,0) (0,3,0) (0,0,3)\nspace origin: (-80,-35,-35)\nencoding: ascii\n\n'; awk 'BEGIN { for (k = 0; k < 24; k++) for (j = 0; j < 24; j++) for (i = 0; i < 24; i++) print ((i-11.5)^2 + (j-11.5)^2 + (k-11.5)^2 < 80) ? 7 : 0 }') > ball.nrrd
 exit 0
 
-$ omentum model ball.nrrd --label 7 --edge 5 -q -o ball
+$ omentum model ball.nrrd --label 7 --edge 7 -q -o ball
 exit 0
 out ^ball: \d+ tetrahedra
 out dihedral angles
@@ -22,9 +22,9 @@ exit 0
 file mesh/patient.yaml
 
 # ... or meshed anew.
-$ omentum model --no-bending ball/tissue.vtu --unit m --remesh --edge 8 -q -o coarse
+$ omentum model --no-bending ball/tissue.vtu --unit m --remesh --edge 9 -q -o coarse
 exit 0
-out edges [\d.]+ mm \(smallest\), [67]\.\d+ \(mean\), [\d.]+ \(largest\)$
+out edges [\d.]+ mm \(smallest\), [78]\.\d+ \(mean\), [\d.]+ \(largest\)$
 
 # Our files state unit and space; a unit that is given is believed, and a size that no organ has is told.
 $ omentum model --no-bending mesh/tissue.vtu -q -o stated

@@ -1,5 +1,5 @@
 // 500 random smooth blobs under random headers, each meshed at 1.5 voxels or finer: every one succeeds, with
-// its volume within 1 %, nothing lost, and dihedral angles above 10 degrees. OM_BLOBS sets another number.
+// its volume within 1 %, a lost part told in at most 1 %, and dihedral angles above 10 degrees. OM_BLOBS sets another number.
 #include "test_common.h"
 
 #include "omentum/scene_model.h"
@@ -70,6 +70,7 @@ static void test_random_blobs(void** unused) {
     (void)unused;
     const char* env = getenv("OM_BLOBS");
     int count = env ? atoi(env) : 500;
+    int nloss = 0;
     double worst_volume = 0, smallest = OM_PI, largest = 0, sum = 0;
     for (int b = 0; b < count; b++) {
         OmVolume v;
@@ -78,12 +79,14 @@ static void test_random_blobs(void** unused) {
         OmModelDef def = om_model_default_def("blob", 1.5 * voxel);
         OmPatient p;
         OmModelReport r;
+        def.allow_loss = true;
         OmStatus status = om_model_build_volume(&def, &v, NULL, &p, &r);
         if (status < 0) fail_msg("blob %d: %s", b, om_error_message());
         if (r.volume_error > 0.01 || r.quality.dihedral_min * 180 / OM_PI < 10) {
             fail_msg("blob %d: volume error %.3f %%, smallest angle %.2f degrees", b,
                      100 * r.volume_error, r.quality.dihedral_min * 180 / OM_PI);
         }
+        nloss += r.has_loss;
         worst_volume = fmax(worst_volume, r.volume_error);
         smallest = fmin(smallest, r.quality.dihedral_min);
         largest = fmax(largest, r.quality.dihedral_max);
@@ -94,6 +97,8 @@ static void test_random_blobs(void** unused) {
     printf(
         "%d blobs: %.0f tets on average, volume error at most %.3f %%, dihedral angles %.2f to %.2f\n",
         count, sum / count, 100 * worst_volume, smallest * 180 / OM_PI, largest * 180 / OM_PI);
+    printf("%d lose a part, and tell it\n", nloss);
+    assert_true(nloss <= count / 100);
 }
 
 int main(void) {
