@@ -1,5 +1,6 @@
-// 500 random smooth blobs under random headers, each meshed at 1.5 voxels or finer: every one succeeds, with
-// its volume within 1 %, a lost part told in at most 1 %, and dihedral angles above 10 degrees. OM_BLOBS sets another number.
+// 500 random smooth blobs under random headers, each meshed at 1.5 voxels or finer: every one succeeds, with its
+// volume within 1 %, a lost part told in at most 1 %, and dihedral angles above 10 degrees. OM_BLOBS sets another
+// number.
 #include "test_common.h"
 
 #include "omentum/scene_model.h"
