@@ -92,7 +92,7 @@ static OmStatus operate(const OmScene* scene, const OmLoopListener* listener, Pa
 int main(void) {
     OmScene scene = om_scene_default();
     scene.seed = 1;
-    scene.tissue.cells = om_vec3(8, 8, 1);  // smaller than by default: some seconds
+    scene.tissue.cells = om_vec3(7, 7, 1);  // smaller than by default: some seconds
     scene.believed.kind = OM_BELIEF_NONE;
     scene.task.max_actions = 6;
     int nadopted = 0;
