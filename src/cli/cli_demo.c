@@ -392,9 +392,9 @@ static void print_result(const Demo* d) {
         d->dice[OM_CT_ORGAN], d->dice[OM_CT_TUMOUR]);
     printf(
         "model: %d tetrahedra, %+.1f %% of the label's volume, held at %d vertices on the left; the robot believes on "
-        "the far side\n",
+        "the far side; %.2g mL of the rim left out, as the mesh is coarse\n",
         r->twin_ntet, 100 * d->model.label_error,
-        om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert);
+        om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert, d->model.fit.lost * 1e6);
     printf("plan before the operation: %s\n", d->plan.reason);
     printf("demo: %s\n", r->reason);
     printf("  ROI visible: %.0f %% at the start, %.0f %% at the end (in the truth %.0f %%)\n",
