@@ -152,37 +152,38 @@ static OmStatus list_face_tets(OmLattice* l, const int at[3], int axis, bool is_
     return OM_OK;
 }
 
-// Mark the cubes near a point inside or a fine point: halving reaches no others.
-static OmStatus mark_cubes(const OmLattice* l, unsigned char* mark) {
-    enum { REACH = 2 };  // cubes
-    for (int pass = 0; pass < 2; pass++) {
-        const int num = pass ? l->def->nfine : l->nlattice;
-        for (int p = 0; p < num; p++) {
-            int at[3], is_center;
-            if (pass) {
-                const OmVec3 q = om_scale(1 / l->a, om_sub(om_load3(l->def->fine, p), l->origin));
-                const double place[3] = {q.x, q.y, q.z};
-                bool is_in = true;
-                for (int a = 0; a < 3; a++) {
-                    is_in &= place[a] >= 0 && place[a] < l->n[a];
-                    at[a] = is_in ? (int)place[a] : 0;
-                }
-                if (!is_in) continue;
-            } else {
-                if (!(l->f[p] < 0)) continue;
-                point_place(l, p, at, &is_center);
-            }
-            int lo[3], hi[3];
-            for (int a = 0; a < 3; a++) {
-                lo[a] = at[a] > REACH ? at[a] - REACH : 0;
-                hi[a] = at[a] + REACH < l->n[a] ? at[a] + REACH : l->n[a] - 1;
-            }
-            for (int k = lo[2]; k <= hi[2]; k++)
-                for (int j = lo[1]; j <= hi[1]; j++)
-                    memset(mark + om_grid_index(l->n, lo[0], j, k), 1, (size_t)(hi[0] - lo[0] + 1));
-        }
+bool om__lattice_find_cube(const OmLattice* l, int fine, int at[3]) {
+    const OmVec3 q = om_scale(1 / l->a, om_sub(om_load3(l->def->fine, fine), l->origin));
+    const double place[3] = {q.x, q.y, q.z};
+    for (int a = 0; a < 3; a++) {
+        if (!(place[a] >= 0 && place[a] < l->n[a])) return false;
+        at[a] = (int)place[a];
     }
-    return OM_OK;
+    return true;
+}
+
+static void mark_around(const OmLattice* l, const int at[3], unsigned char* mark) {
+    enum { REACH = 2 };  // cubes
+    int lo[3], hi[3];
+    for (int a = 0; a < 3; a++) {
+        lo[a] = at[a] > REACH ? at[a] - REACH : 0;
+        hi[a] = at[a] + REACH < l->n[a] ? at[a] + REACH : l->n[a] - 1;
+    }
+    for (int k = lo[2]; k <= hi[2]; k++)
+        for (int j = lo[1]; j <= hi[1]; j++)
+            memset(mark + om_grid_index(l->n, lo[0], j, k), 1, (size_t)(hi[0] - lo[0] + 1));
+}
+
+// Mark the cubes near a point inside or a fine point: halving reaches no others.
+static void mark_cubes(const OmLattice* l, unsigned char* mark) {
+    int at[3], is_center;
+    for (int p = 0; p < l->nlattice; p++) {
+        if (!(l->f[p] < 0)) continue;
+        point_place(l, p, at, &is_center);
+        mark_around(l, at, mark);
+    }
+    for (int i = 0; i < l->def->nfine; i++)
+        if (om__lattice_find_cube(l, i, at)) mark_around(l, at, mark);
 }
 
 static OmStatus list_tets(OmLattice* l) {
@@ -190,7 +191,7 @@ static OmStatus list_tets(OmLattice* l) {
     unsigned char* mark = NULL;
     if (l->def->nfine > 0) {
         OM_CALLOC_DONE(mark, om_grid_count(l->n));
-        OM_TRY_DONE(mark_cubes(l, mark));
+        mark_cubes(l, mark);
     }
     for (int k = 0; k < l->n[2]; k++) {
         for (int j = 0; j < l->n[1]; j++) {
@@ -210,49 +211,14 @@ done:
 
 // ---- crossings --------------------------------------------------------------------------------------------
 
-static size_t hash_of(const OmLattice* l, int lo, int hi) {
-    uint64_t h = ((uint64_t)(uint32_t)lo << 32 | (uint32_t)hi) * 0x9e3779b97f4a7c15u;
-    return (size_t)(h >> 32) & (size_t)(l->nslot - 1);
-}
-
-// The slot of an edge in the table, or the free one where it belongs.
-static int* find_slot(const OmLattice* l, int lo, int hi) {
-    size_t at = hash_of(l, lo, hi);
-    for (;; at = (at + 1) & (size_t)(l->nslot - 1)) {
-        int* slot = &l->slot[at];
-        if (*slot < 0 || (l->crossing[*slot].lo == lo && l->crossing[*slot].hi == hi)) return slot;
-    }
-}
-
-static OmCrossing* find_edge(const OmLattice* l, int p, int q) {
-    const int slot = *find_slot(l, p < q ? p : q, p < q ? q : p);
-    OM_ASSERT(slot >= 0);
-    return &l->crossing[slot];
-}
-
 static OmStatus list_crossings(OmLattice* l) {
-    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    double most = 0;  // crossed sides of tetrahedra, each edge counted several times
-    for (int e = 0; e < l->ntet; e++)
-        for (int k = 0; k < 6; k++)
-            most += is_crossed(l, l->tet[e][edge[k][0]], l->tet[e][edge[k][1]]);
-    OM_CHECK(most < INT_MAX / 4, OM_INVALID, "mesh: the surface is too large");
-    for (l->nslot = 64; l->nslot < most; l->nslot *= 2) {
-    }
-    OM_ALLOC(l->slot, l->nslot);
-    OM_ALLOC(l->crossing, most);
-    for (int i = 0; i < l->nslot; i++) l->slot[i] = -1;
     for (int e = 0; e < l->ntet; e++) {
         for (int k = 0; k < 6; k++) {
-            const int p = l->tet[e][edge[k][0]], q = l->tet[e][edge[k][1]];
-            if (!is_crossed(l, p, q)) continue;
-            const int lo = p < q ? p : q, hi = p < q ? q : p;
-            int* slot = find_slot(l, lo, hi);
-            if (*slot >= 0) continue;
-            *slot = l->ncrossing;
-            l->crossing[l->ncrossing++] = (OmCrossing){lo, hi, 0, -1};
+            const int p = l->tet[e][om__tet_edge[k][0]], q = l->tet[e][om__tet_edge[k][1]];
+            if (is_crossed(l, p, q)) OM_TRY(om__edge_add(&l->crossed, p, q));
         }
     }
+    OM_ALLOC(l->crossing, l->crossed.nedge);
     return OM_OK;
 }
 
@@ -284,11 +250,11 @@ static void cut_edges(void* ctx, int begin, int end, int block) {
     (void)block;
     OmLattice* l = ctx;
     for (int c = begin; c < end; c++) {
-        OmCrossing* cut = &l->crossing[c];
-        const OmVec3 x = om__lattice_position(l, cut->lo), y = om__lattice_position(l, cut->hi);
+        const int lo = l->crossed.end[c][0], hi = l->crossed.end[c][1];
+        const OmVec3 x = om__lattice_position(l, lo), y = om__lattice_position(l, hi);
         // start at the inside end
-        cut->t = l->f[cut->lo] < 0 ? find_crossing(l->def, x, y, l->f[cut->lo], l->f[cut->hi])
-                                   : 1 - find_crossing(l->def, y, x, l->f[cut->hi], l->f[cut->lo]);
+        l->crossing[c].t = l->f[lo] < 0 ? find_crossing(l->def, x, y, l->f[lo], l->f[hi])
+                                        : 1 - find_crossing(l->def, y, x, l->f[hi], l->f[lo]);
     }
 }
 
@@ -304,7 +270,6 @@ static int place_of(const OmLattice* l, int p, int q) {
 
 // Shortest edge at each point that has an edge which ends at a midpoint, else 0.           (npoint)
 static OmStatus find_shortest(const OmLattice* l, double** shortest) {
-    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
     unsigned char* is_graded = NULL;
     OmStatus status = OM_OK;
     *shortest = NULL;
@@ -313,7 +278,7 @@ static OmStatus find_shortest(const OmLattice* l, double** shortest) {
     for (int p = 0; p < l->npoint; p++) (*shortest)[p] = HUGE_VAL;
     for (int e = 0; e < l->ntet; e++) {
         for (int k = 0; k < 6; k++) {
-            const int p = l->tet[e][edge[k][0]], q = l->tet[e][edge[k][1]];
+            const int p = l->tet[e][om__tet_edge[k][0]], q = l->tet[e][om__tet_edge[k][1]];
             const double length = sqrt(om__lattice_length2(l, p, q));
             (*shortest)[p] = fmin((*shortest)[p], length);
             (*shortest)[q] = fmin((*shortest)[q], length);
@@ -336,13 +301,13 @@ typedef struct Warp {
 
 static OmStatus list_active(OmLattice* l, Warp* w) {
     OM_ALLOC(l->active, l->npoint);
-    OM_ALLOC(w->point, 2 * (size_t)l->ncrossing);
+    OM_ALLOC(w->point, 2 * (size_t)l->crossed.nedge);
     for (int p = 0; p < l->npoint; p++) l->active[p] = 0;
-    for (int c = 0; c < l->ncrossing; c++) {
-        l->active[l->crossing[c].lo]++;
-        l->active[l->crossing[c].hi]++;
+    for (int c = 0; c < l->crossed.nedge; c++) {
+        l->active[l->crossed.end[c][0]]++;
+        l->active[l->crossed.end[c][1]]++;
     }
-    w->adr = om_calloc(2 * (size_t)l->ncrossing + 1, sizeof(int));
+    w->adr = om_calloc(2 * (size_t)l->crossed.nedge + 1, sizeof(int));
     if (!w->adr) return OM_NO_MEMORY;
     for (int p = 0; p < l->npoint; p++) {
         const int count = l->active[p];
@@ -352,12 +317,12 @@ static OmStatus list_active(OmLattice* l, Warp* w) {
         w->adr[w->nactive + 1] = w->adr[w->nactive] + count;
         w->nactive++;
     }
-    OM_ALLOC(w->list, 2 * (size_t)l->ncrossing);
+    OM_ALLOC(w->list, 2 * (size_t)l->crossed.nedge);
     OM_ALLOC(l->moved, w->nactive);
     for (int pass = 0; pass < 2; pass++) {  // fill, then move the beginnings back
-        for (int c = l->ncrossing; pass == 0 && c-- > 0;) {
-            const int end[2] = {l->active[l->crossing[c].lo], l->active[l->crossing[c].hi]};
-            for (int s = 0; s < 2; s++) w->list[w->adr[end[s]]++] = c;
+        for (int c = l->crossed.nedge; pass == 0 && c-- > 0;) {
+            const int* end = l->crossed.end[c];
+            for (int s = 0; s < 2; s++) w->list[w->adr[l->active[end[s]]]++] = c;
         }
         for (int a = w->nactive; pass == 1 && a > 0; a--) w->adr[a] = w->adr[a - 1];
         if (pass == 1) w->adr[0] = 0;
@@ -379,11 +344,12 @@ static void warp_points(OmLattice* l, const Warp* w, double alpha) {
         double best_length = HUGE_VAL, best_t = 0;
         l->moved[a] = om__lattice_position(l, p);
         for (int i = w->adr[a]; i < w->adr[a + 1]; i++) {
-            const OmCrossing* c = &l->crossing[w->list[i]];
-            const int q = c->lo == p ? c->hi : c->lo;
+            const int c = w->list[i];
+            const bool is_first = l->crossed.end[c][0] == p;
+            const int q = l->crossed.end[c][is_first];
             if (!is_crossed(l, p, q)) continue;
-            const double t = c->lo == p ? c->t : 1 - c->t,
-                         length = t * sqrt(om__lattice_length2(l, p, q));
+            const double t = is_first ? l->crossing[c].t : 1 - l->crossing[c].t;
+            const double length = t * sqrt(om__lattice_length2(l, p, q));
             if (!(length < reach_of(l, w, p, q, alpha)) || length > best_length) continue;
             if (length == best_length && place_of(l, p, q) > place_of(l, p, best)) continue;
             best = q;
@@ -442,9 +408,12 @@ static OmStatus lattice_vertex(OmLattice* l, int p, int* vert) {
 }
 
 static OmStatus cut_vertex(OmLattice* l, int p, int q, int* vert) {
-    OmCrossing* c = find_edge(l, p, q);
+    const int edge = om__edge_find(&l->crossed, p, q);
+    OM_ASSERT(edge >= 0);
+    OmCrossing* c = &l->crossing[edge];
     if (c->vert < 0) {
-        OmVec3 x = om_lerp(om__lattice_position(l, c->lo), om__lattice_position(l, c->hi), c->t);
+        const int* end = l->crossed.end[edge];
+        OmVec3 x = om_lerp(om__lattice_position(l, end[0]), om__lattice_position(l, end[1]), c->t);
         OM_TRY(add_vertex(l, x, &c->vert));
     }
     *vert = c->vert;
@@ -480,14 +449,6 @@ static OmStatus add_prism(OmLattice* l, const int x[3], const int y[3], const bo
     return OM_OK;
 }
 
-// Smallest dihedral angle of a tetrahedron, rad.
-static double smallest_angle(const OmLattice* l, const int v[4]) {
-    OmTetMesh one = {.x = l->mesh->x, .nvert = l->mesh->nvert, .ntet = 1, .tet_vert = (int*)v};
-    double smallest, largest;
-    om_tet_dihedral(&one, 0, &smallest, &largest);
-    return fmin(smallest, OM_PI - largest);
-}
-
 // Two inside (a, b), two outside (m, n): a wedge around edge ab. Its side on the surface belongs to no
 // other tetrahedron, so the better of its two diagonals is chosen.
 static OmStatus add_wedge(OmLattice* l, int a, int b, int m, int n) {
@@ -510,8 +471,7 @@ static OmStatus add_wedge(OmLattice* l, int a, int b, int m, int n) {
         OM_TRY(add_prism(l, x, y, from));
         quality[choice] = HUGE_VAL;
         for (int e = first; e < l->mesh->ntet; e++) {
-            quality[choice] =
-                fmin(quality[choice], smallest_angle(l, &l->mesh->tet_vert[4 * (size_t)e]));
+            quality[choice] = fmin(quality[choice], om__tet_flatness(l->mesh, e));
         }
         l->mesh->ntet = first;
     }
@@ -602,7 +562,7 @@ static OmStatus add_lattice_tet(OmLattice* l, const int p[4]) {
 
 static OmStatus cut_tets(OmLattice* l) {
     for (int p = 0; p < l->npoint; p++) l->vert[p] = -1;
-    for (int c = 0; c < l->ncrossing; c++) l->crossing[c].vert = -1;
+    for (int c = 0; c < l->crossed.nedge; c++) l->crossing[c].vert = -1;
     for (int e = 0; e < l->ntet; e++) OM_TRY(add_lattice_tet(l, l->tet[e]));
     return OM_OK;
 }
@@ -693,10 +653,10 @@ OmStatus om_tet_mesh_stuff(const OmStuffDef* def, OmTetMesh* mesh) {
     OM_TRY_DONE(list_tets(&l));
     if (def->nfine > 0) OM_TRY_DONE(om__lattice_grade(&l));
     OM_TRY_DONE(list_crossings(&l));
-    OM_CHECK_DONE(l.ncrossing > 0, OM_INVALID,
+    OM_CHECK_DONE(l.crossed.nedge > 0, OM_INVALID,
                   "no lattice point is inside: the shape is thinner than an edge of %.3g mm",
                   def->edge * 1e3);
-    om_parallel_for(def->nworker, l.ncrossing, 256, cut_edges, &l);
+    om_parallel_for(def->nworker, l.crossed.nedge, 256, cut_edges, &l);
     OM_TRY_DONE(warp_and_cut(&l));
     OM_CHECK_DONE(mesh->ntet > 0, OM_INVALID,
                   "no element is inside: the shape is thinner than an edge of %.3g mm",
@@ -709,7 +669,7 @@ done:
     om_free(l.f);
     om_free(l.tet);
     om_free(l.crossing);
-    om_free(l.slot);
+    om__edge_table_done(&l.crossed);
     om_free(l.active);
     om_free(l.moved);
     om_free(l.vert);

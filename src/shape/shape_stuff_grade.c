@@ -13,70 +13,26 @@
 
 #define MAX_ROUND 60
 
-typedef struct Mark {  // an edge to be halved: its ends, lo < hi
-    int lo, hi;
-} Mark;
+typedef struct Edge {
+    int lo, hi;  // its ends
+} Edge;
 
-typedef struct MarkSet {
-    Mark* mark;
-    int nmark, cap;
-    int* slot;  // hash table, -1: free
-    int nslot;  // a power of 2, at least twice nmark
-} MarkSet;
-
-static const int edge_end[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-
-static Mark edge_of(const int p[4], int k) {
-    const int a = p[edge_end[k][0]], b = p[edge_end[k][1]];
-    return (Mark){a < b ? a : b, a < b ? b : a};
-}
-
-static int* find_slot(const MarkSet* s, Mark m) {
-    uint64_t h = ((uint64_t)(uint32_t)m.lo << 32 | (uint32_t)m.hi) * 0x9e3779b97f4a7c15u;
-    size_t at = (size_t)(h >> 32) & (size_t)(s->nslot - 1);
-    while (s->slot[at] >= 0 && (s->mark[s->slot[at]].lo != m.lo || s->mark[s->slot[at]].hi != m.hi))
-        at = (at + 1) & (size_t)(s->nslot - 1);
-    return &s->slot[at];
-}
-
-static int find_mark(const MarkSet* s, Mark m) { return *find_slot(s, m); }
-
-static OmStatus grow_set(MarkSet* s) {
-    const int cap = s->cap ? 2 * s->cap : 1024;
-    Mark* mark = om_realloc(s->mark, (size_t)s->cap, (size_t)cap, sizeof *mark);
-    if (!mark) return OM_NO_MEMORY;
-    s->mark = mark;
-    s->cap = cap;
-    om_free(s->slot);
-    s->slot = om_alloc(2 * (size_t)cap, sizeof *s->slot);
-    if (!s->slot) return OM_NO_MEMORY;
-    s->nslot = 2 * cap;
-    for (int i = 0; i < s->nslot; i++) s->slot[i] = -1;
-    for (int i = 0; i < s->nmark; i++) *find_slot(s, s->mark[i]) = i;
-    return OM_OK;
-}
-
-static OmStatus add_mark(MarkSet* s, Mark m, bool* is_new) {
-    if (s->nmark == s->cap) OM_TRY(grow_set(s));
-    int* slot = find_slot(s, m);
-    if (*slot >= 0) return OM_OK;
-    *slot = s->nmark;
-    s->mark[s->nmark++] = m;
-    *is_new = true;
-    return OM_OK;
+static Edge edge_of(const int p[4], int k) {
+    const int a = p[om__tet_edge[k][0]], b = p[om__tet_edge[k][1]];
+    return (Edge){a < b ? a : b, a < b ? b : a};
 }
 
 // Whether edge a comes before edge b: longer, of equally long ones that of smaller points.
-static bool is_before(const OmLattice* l, Mark a, Mark b) {
+static bool is_before(const OmLattice* l, Edge a, Edge b) {
     const double x = om__lattice_length2(l, a.lo, a.hi), y = om__lattice_length2(l, b.lo, b.hi);
     if (x != y) return x > y;
     return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi;
 }
 
-static Mark longest_edge(const OmLattice* l, const int p[4]) {
-    Mark best = edge_of(p, 0);
+static Edge longest_edge(const OmLattice* l, const int p[4]) {
+    Edge best = edge_of(p, 0);
     for (int k = 1; k < 6; k++) {
-        const Mark m = edge_of(p, k);
+        const Edge m = edge_of(p, k);
         if (is_before(l, m, best)) best = m;
     }
     return best;
@@ -88,16 +44,6 @@ typedef struct Bins {  // fine points by the cube of the lattice that holds them
     int *adr, *list;   // (cubes + 1), (nfine)
 } Bins;
 
-static bool find_cube(const OmLattice* l, int i, int at[3]) {
-    const OmVec3 q = om_scale(1 / l->a, om_sub(om_load3(l->def->fine, i), l->origin));
-    const double place[3] = {q.x, q.y, q.z};
-    for (int a = 0; a < 3; a++) {
-        if (!(place[a] >= 0 && place[a] < l->n[a])) return false;
-        at[a] = (int)place[a];
-    }
-    return true;
-}
-
 static OmStatus fill_bins(const OmLattice* l, Bins* bins) {
     const size_t ncube = om_grid_count(l->n);
     bins->adr = om_calloc(ncube + 1, sizeof(int));
@@ -106,7 +52,7 @@ static OmStatus fill_bins(const OmLattice* l, Bins* bins) {
     int at[3];
     for (int pass = 0; pass < 2; pass++) {  // count, then fill each cube's part from its end
         for (int i = l->def->nfine; i-- > 0;) {
-            if (!find_cube(l, i, at)) continue;
+            if (!om__lattice_find_cube(l, i, at)) continue;
             int* adr = &bins->adr[om_grid_index(l->n, at[0], at[1], at[2])];
             if (pass == 0)
                 ++*adr;
@@ -167,41 +113,44 @@ static double find_volume(const OmLattice* l, const int p[4]) {
 
 // ---- rounds ----------------------------------------------------------------------------------------------
 
-static OmStatus mark_edges(const OmLattice* l, const Bins* bins, MarkSet* set) {
-    bool is_new = false;
-    OM_TRY(grow_set(set));
+static OmStatus mark_edges(const OmLattice* l, const Bins* bins, OmEdgeTable* marked) {
     for (int e = 0; e < l->ntet; e++) {
         const double a = asked_edge(l, bins, l->tet[e]) * OM__LATTICE_LONGEST;
+        const Edge m = longest_edge(l, l->tet[e]);
         if (find_volume(l, l->tet[e]) >
             1.001 * a * a * a / 12)  // of an element of a lattice of cubes a
-            OM_TRY(add_mark(set, longest_edge(l, l->tet[e]), &is_new));
+            OM_TRY(om__edge_add(marked, m.lo, m.hi));
     }
-    for (is_new = set->nmark > 0; is_new;) {
-        is_new = false;
+    for (int before = -1; before < marked->nedge;) {
+        before = marked->nedge;
         for (int e = 0; e < l->ntet; e++) {
             bool has_mark = false;
-            for (int k = 0; k < 6 && !has_mark; k++)
-                has_mark = find_mark(set, edge_of(l->tet[e], k)) >= 0;
-            if (has_mark) OM_TRY(add_mark(set, longest_edge(l, l->tet[e]), &is_new));
+            for (int k = 0; k < 6 && !has_mark; k++) {
+                const Edge m = edge_of(l->tet[e], k);
+                has_mark = om__edge_find(marked, m.lo, m.hi) >= 0;
+            }
+            if (!has_mark) continue;
+            const Edge longest = longest_edge(l, l->tet[e]);
+            OM_TRY(om__edge_add(marked, longest.lo, longest.hi));
         }
     }
     return OM_OK;
 }
 
 // The midpoints of the marked edges become points: that of mark i is l->npoint + i before the call.
-static OmStatus add_middles(OmLattice* l, const MarkSet* set) {
+static OmStatus add_middles(OmLattice* l, const OmEdgeTable* marked) {
     const int old = l->npoint, nmiddle = old - l->nlattice;
     const OmStuffDef* def = l->def;
-    double* f = om_realloc(l->f, (size_t)old, (size_t)old + (size_t)set->nmark, sizeof *f);
+    double* f = om_realloc(l->f, (size_t)old, (size_t)old + (size_t)marked->nedge, sizeof *f);
     if (!f) return OM_NO_MEMORY;
     l->f = f;
-    OmVec3* middle = om_realloc(l->middle, (size_t)nmiddle, (size_t)nmiddle + (size_t)set->nmark,
+    OmVec3* middle = om_realloc(l->middle, (size_t)nmiddle, (size_t)nmiddle + (size_t)marked->nedge,
                                 sizeof *middle);
     if (!middle) return OM_NO_MEMORY;
     l->middle = middle;
-    for (int i = 0; i < set->nmark; i++) {
-        const OmVec3 x = om_lerp(om__lattice_position(l, set->mark[i].lo),
-                                 om__lattice_position(l, set->mark[i].hi), 0.5);
+    for (int i = 0; i < marked->nedge; i++) {
+        const OmVec3 x = om_lerp(om__lattice_position(l, marked->end[i][0]),
+                                 om__lattice_position(l, marked->end[i][1]), 0.5);
         const double far = 0.5 * l->a;  // the solid is cut off at the box
         const bool is_out = x.x < def->lo.x - far || x.y < def->lo.y - far ||
                             x.z < def->lo.z - far || x.x > def->hi.x + far ||
@@ -214,12 +163,12 @@ static OmStatus add_middles(OmLattice* l, const MarkSet* set) {
 }
 
 // Append the parts of a tetrahedron: halved at its longest marked edge, and the halves likewise.
-static OmStatus split_tet(OmLattice* l, const MarkSet* set, const int p[4]) {
-    Mark longest = {-1, -1};
+static OmStatus split_tet(OmLattice* l, const OmEdgeTable* marked, const int p[4]) {
+    Edge longest = {-1, -1};
     int at = -1;
     for (int k = 0; k < 6; k++) {
-        const Mark m = edge_of(p, k);
-        const int i = m.hi < l->npoint ? find_mark(set, m) : -1;
+        const Edge m = edge_of(p, k);
+        const int i = m.hi < l->npoint ? om__edge_find(marked, m.lo, m.hi) : -1;
         if (i < 0 || (at >= 0 && !is_before(l, m, longest))) continue;
         longest = m;
         at = i;
@@ -229,21 +178,21 @@ static OmStatus split_tet(OmLattice* l, const MarkSet* set, const int p[4]) {
         int half[4];
         for (int c = 0; c < 4; c++)
             half[c] = p[c] == (side ? longest.lo : longest.hi) ? l->npoint + at : p[c];
-        OM_TRY(split_tet(l, set, half));
+        OM_TRY(split_tet(l, marked, half));
     }
     return OM_OK;
 }
 
-static OmStatus split_tets(OmLattice* l, const MarkSet* set) {
+static OmStatus split_tets(OmLattice* l, const OmEdgeTable* marked) {
     OmStatus status = OM_OK;
     int(*old)[4] = l->tet;
     const int nold = l->ntet;
     l->tet = NULL;
     l->ntet = l->cap_tet = 0;
-    for (int e = 0; e < nold; e++) OM_TRY_DONE(split_tet(l, set, old[e]));
+    for (int e = 0; e < nold; e++) OM_TRY_DONE(split_tet(l, marked, old[e]));
     OM_CHECK_DONE(l->ntet / 4 <= l->def->max_tet, OM_INVALID,
                   "the fine edges give more than %d tetrahedra: use larger ones", l->def->max_tet);
-    l->npoint += set->nmark;
+    l->npoint += marked->nedge;
 done:
     om_free(old);
     return status;
@@ -252,21 +201,18 @@ done:
 OmStatus om__lattice_grade(OmLattice* l) {
     OmStatus status = OM_OK;
     Bins bins = {0};
-    MarkSet set = {0};
+    OmEdgeTable marked = {0};
     OM_TRY_DONE(fill_bins(l, &bins));
     for (int round = 0; round < MAX_ROUND; round++) {
-        OM_TRY_DONE(mark_edges(l, &bins, &set));
-        if (set.nmark == 0) break;
-        OM_TRY_DONE(add_middles(l, &set));
-        OM_TRY_DONE(split_tets(l, &set));
-        om_free(set.mark);
-        om_free(set.slot);
-        memset(&set, 0, sizeof set);
+        OM_TRY_DONE(mark_edges(l, &bins, &marked));
+        if (marked.nedge == 0) break;
+        OM_TRY_DONE(add_middles(l, &marked));
+        OM_TRY_DONE(split_tets(l, &marked));
+        om__edge_table_done(&marked);
     }
 done:
     om_free(bins.adr);
     om_free(bins.list);
-    om_free(set.mark);
-    om_free(set.slot);
+    om__edge_table_done(&marked);
     return status;
 }

@@ -19,8 +19,7 @@ typedef struct Star {
     unsigned char* is_sharp;  // at an edge or a corner of the boundary: it stays
 } Star;
 
-// The smallest dihedral angle of an element, and how far its largest is from a straight one; 0: flat or inverted.
-static double quality_of(const OmTetMesh* m, int e) {
+double om__tet_flatness(const OmTetMesh* m, int e) {
     const int* v = m->tet_vert + 4 * (size_t)e;
     const OmVec3 a = om_load3(m->x, v[0]);
     const OmVec3 b = om_sub(om_load3(m->x, v[1]), a), c = om_sub(om_load3(m->x, v[2]), a);
@@ -34,7 +33,7 @@ static double quality_of(const OmTetMesh* m, int e) {
 static double worst_around(const Star* s, int v) {
     double worst = HUGE_VAL;
     for (int i = s->adr[v]; i < s->adr[v + 1]; i++)
-        worst = fmin(worst, quality_of(s->mesh, s->list[i]));
+        worst = fmin(worst, om__tet_flatness(s->mesh, s->list[i]));
     return worst;
 }
 
@@ -122,7 +121,7 @@ OmStatus om__mesh_improve(OmTetMesh* mesh) {
     for (int pass = 0; pass < PASSES; pass++) {
         memset(is_flat, 0, (size_t)mesh->nvert);
         for (int e = 0; e < mesh->ntet; e++) {
-            if (quality_of(mesh, e) >= FLAT) continue;
+            if (om__tet_flatness(mesh, e) >= FLAT) continue;
             for (int c = 0; c < 4; c++) is_flat[mesh->tet_vert[4 * (size_t)e + (size_t)c]] = 1;
         }
         for (int v = 0; v < mesh->nvert; v++)
