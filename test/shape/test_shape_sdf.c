@@ -382,6 +382,39 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     om_mask_done(&mask);
 }
 
+// The field of noise, and of cubes that touch along edges: its sign at the centre of each voxel, and outside in the
+// middle of a square in which two inside voxels touch along an edge.
+static void test_field_of_a_mask_has_its_signs(void** unused) {
+    (void)unused;
+    enum { SIDE = 10 };
+    int nsquare = 0;
+    for (int sample = 0; sample < test_count(30, 200); sample++) {
+        OmRng rng = om_rng_init(9, (uint64_t)sample);
+        OmMask m;
+        OmMaskField* field;
+        const double share = om_rng_range(&rng, 0.2, 0.8);
+        assert_ok(om_mask_init(&m, SIDE, SIDE, SIDE));
+        for (int k = 1; k < SIDE - 1; k++)
+            for (int j = 1; j < SIDE - 1; j++)
+                for (int i = 1; i < SIDE - 1; i++)
+                    m.inside[om_grid_index(m.grid.dim, i, j, k)] =
+                        sample % 2 ? om_rng_uniform(&rng) < share : (i / 2 + j / 2 + k / 2) % 2;
+        assert_ok(om_mask_field_create(&m, 0, 1.2, 8, &field));
+        for (int k = 0; k < SIDE - 1; k++)
+            for (int j = 0; j < SIDE - 1; j++)
+                for (int i = 0; i < SIDE - 1; i++) {
+                    const unsigned char* in = &m.inside[om_grid_index(m.grid.dim, i, j, k)];
+                    assert_true((om_mask_field_eval(field, om_vec3(i, j, k)) < 0) == in[0]);
+                    if (in[0] != in[SIDE + 1] || in[1] != in[SIDE] || in[0] == in[1]) continue;
+                    assert_true(om_mask_field_eval(field, om_vec3(i + 0.5, j + 0.5, k)) > 0);
+                    nsquare++;
+                }
+        om_mask_field_destroy(field);
+        om_mask_done(&m);
+    }
+    assert_true(nsquare > 500);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sphere_is_a_distance),
@@ -392,6 +425,7 @@ int main(void) {
         cmocka_unit_test(test_header_does_not_move_the_organ),
         cmocka_unit_test(test_parts_holes_crop_close),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
+        cmocka_unit_test(test_field_of_a_mask_has_its_signs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
