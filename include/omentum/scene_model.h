@@ -175,12 +175,13 @@ typedef struct OmModelReport {
     bool has_fit, has_loss;
     double surface_volume;  // of the organ's marching-cubes surface, m^3
     double volume_error;    // |mesh - mask| / mask
-    // distance of the mesh's boundary to the level set, m
+    // distance of the mesh's boundary to the level set, m; with a fit, those of fit.to_solid
     double surface_error_mean, surface_error_max;
     // Mean distance of the level set to the faces of the voxels, in voxels.
     double surface_error_voxel;
-    double level_shift;  // of the level set that makes the volume right, m
-    double edge;         // mean edge asked of the mesher in the end, m
+    // of the level set towards the right volume, m; at most a tenth of a voxel, but for a sheet
+    double level_shift;
+    double edge;  // mean edge asked of the mesher in the end, m
     int npart_mask, npart_kept;
     int ncapped;        // inside voxels on the border of the volume: the organ was cut there
     double seconds;     // wall clock of the whole build

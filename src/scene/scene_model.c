@@ -19,24 +19,31 @@
 #define SAID_FROM 30  // s: a longer duration is logged before meshing
 #define MAX_TET 2e7   // larger meshes are refused before meshing
 
-void om__model_warn(OmModelReport* report, const char* format, ...) {
-    size_t len = strlen(report->warning);
+static void append(char* text, size_t size, const char* format, va_list args) {
+    const size_t len = strlen(text);
+    vsnprintf(text + len, size - len, format, args);
+}
+
+void om__model_append(char* text, size_t size, const char* format, ...) {
     va_list args;
     va_start(args, format);
-    if (len > 0 && len + 2 < sizeof report->warning) {
-        memcpy(report->warning + len, "; ", 3);
-        len += 2;
-    }
-    vsnprintf(report->warning + len, sizeof report->warning - len, format, args);
+    append(text, size, format, args);
+    va_end(args);
+}
+
+void om__model_warn(OmModelReport* report, const char* format, ...) {
+    va_list args;
+    va_start(args, format);
+    if (report->warning[0]) om__model_append(report->warning, sizeof report->warning, "; ");
+    append(report->warning, sizeof report->warning, format, args);
     va_end(args);
 }
 
 void om__model_note(OmModelReport* report, const char* format, ...) {
-    size_t len = strlen(report->note);
     va_list args;
     va_start(args, format);
-    if (len > 0 && len + 1 < sizeof report->note) report->note[len++] = '\n';
-    vsnprintf(report->note + len, sizeof report->note - len, format, args);
+    if (report->note[0]) om__model_append(report->note, sizeof report->note, "\n");
+    append(report->note, sizeof report->note, format, args);
     va_end(args);
 }
 
@@ -186,7 +193,7 @@ static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgre
         if (task->level) *task->level = *level;
         OM_TRY(om_progress_report(progress, "meshing", it, MAX_SHIFT));
         OM_TRY(om_tet_mesh_stuff(&def, mesh));
-        OmStatus status = om_tet_mesh_keep_parts(mesh, task->min_share, NULL, NULL);
+        OmStatus status = om_tet_mesh_keep_parts(mesh, 0, NULL, NULL);
         double volume = om_tet_mesh_volume(mesh);
         *error = task->volume > 0 ? fabs(volume / task->volume - 1) : 0;
         if (status == OM_OK && *error > VOLUME_GOAL && it < MAX_SHIFT) {

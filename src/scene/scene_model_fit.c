@@ -8,7 +8,6 @@
 //
 // Rejected: a level shifted until the volume is right, which blew up the rest by what a place had lost; finer edges
 // everywhere (seven times the elements for one voxel of a stomach's outline).
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +19,7 @@
 #define MAX_HALVING 2      // of the step of a surface's field
 #define SHIFT 0.1          // voxels
 #define FINER 0.63         // of the edge at wrong voxels, from trial to trial
-#define FINEST 0.3         // voxels: the smallest edge
+#define FINEST 0.15        // voxels: the smallest edge
 #define TOLERANCE 0.33     // edges: depth from which a wrong voxel counts
 #define VOLUME_GOAL 0.001  // relative error at which shifts end
 #define MOSTLY 0.2         // of the volume: a larger loss needs finer edges everywhere
@@ -103,17 +102,14 @@ static OmStatus trial_init(const OmModelDef* def, OmBody* body, int rank, Trial*
     }
     t->voxel = body->voxel;
     t->volume = om_mask_volume(&t->mask);
-    OM_TRY(om_surface_from_mask(&t->mask, &t->solid));
-    return take_field(t, 0.5 * def->edge);
+    return om_surface_from_mask(&t->mask, &t->solid);
 }
 
 // Ask for finer edges in these voxels: at their centres and at the middles of their sides. Where the topology differs
 // though each voxel is right, all earlier places become finer.
 static OmStatus add_fine(Trial* t, const OmShapeWrong* wrong, double edge, bool is_everywhere) {
     enum { POINTS = 7 };  // of a voxel
-    const size_t old = (size_t)t->stuff.nfine;
-    const int nnew = wrong->n;
-    const size_t n = old + POINTS * (size_t)nnew;
+    const size_t old = (size_t)t->stuff.nfine, n = old + POINTS * (size_t)wrong->n;
     const OmMat3* axis = &t->mask.grid.axis;
     const OmVec3 step[3] = {om_scale(0.5, axis->cx), om_scale(0.5, axis->cy),
                             om_scale(0.5, axis->cz)};
@@ -124,7 +120,7 @@ static OmStatus add_fine(Trial* t, const OmShapeWrong* wrong, double edge, bool 
     double* fine_edge = om_realloc(t->fine_edge, old, n, sizeof(double));
     if (!fine_edge) return OM_NO_MEMORY;
     t->fine_edge = fine_edge;
-    for (int i = 0, at = (int)old; i < nnew; i++) {
+    for (int i = 0, at = (int)old; i < wrong->n; i++) {
         const OmVec3 x = om_load3(wrong->x, i);
         om_store3(fine, at++, x);
         for (int s = 0; s < 6; s++) om_store3(fine, at++, om_madd(x, s % 2 ? 1 : -1, step[s / 2]));
@@ -166,9 +162,8 @@ static double badness(const OmShapeFit* fit, double volume) {
 // A mesh and its fit. OM_INVALID: nothing is inside, or it has too many elements.
 static OmStatus try_mesh(const Trial* t, OmTetMesh* mesh, OmShapeFit* fit, OmShapeWrong* wrong) {
     OM_TRY(om_tet_mesh_stuff(&t->stuff, mesh));
-    const OmStatus status = om_shape_fit_measure(
-        &t->mask, &t->solid, mesh, TOLERANCE * t->def->edge, t->def->nworker, fit, wrong);
-    return status;
+    return om_shape_fit_measure(&t->mask, &t->solid, mesh, TOLERANCE * t->def->edge,
+                                t->def->nworker, fit, wrong);
 }
 
 typedef struct Best {  // of the trials
@@ -224,6 +219,7 @@ static OmStatus mesh_part(Trial* t, const OmProgress* progress, Best* best) {
     const bool refine = t->def->refine;
     bool is_exact = !t->has_field;  // no detail is averaged
     double edge = t->def->edge, last = HUGE_VAL;
+    if (t->has_field) OM_TRY_DONE(take_field(t, 0.5 * edge));
     for (int k = 0; k < MAX_TRIAL; k++) {
         OmShapeFit fit = {0};
         om_shape_wrong_done(&wrong);
@@ -252,7 +248,7 @@ static OmStatus mesh_part(Trial* t, const OmProgress* progress, Best* best) {
             t->stuff.edge *= FINER;
         else
             OM_TRY_DONE(add_fine(t, &wrong, edge, fit.nloss == 0));
-        last = bad;
+        last = fit.nloss > 0 ? HUGE_VAL : bad;
     }
     if (status == OM_INVALID && best->mesh.ntet > 0) status = OM_OK;
     if (status == OM_OK && is_faithful(&best->fit)) OM_TRY_DONE(shift_level(t, best));
@@ -360,8 +356,7 @@ static OmStatus mesh_parts(const OmModelDef* def, OmBody* body, const OmProgress
     if (status == OM_OK && nmeshed == 0)
         status =
             om_error(OM_INVALID, "all parts are thinner than an edge of %.3g mm", def->edge * 1e3);
-    if (status == OM_OK) status = measure_all(def, body, npart, patient, report);
-    return status;
+    return status == OM_OK ? measure_all(def, body, npart, patient, report) : status;
 }
 
 // How far a surface is from the mesh, at its vertices, inner walls left out: what its field has lost does not show in
@@ -439,20 +434,10 @@ OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* p
 
 // ---- in words --------------------------------------------------------------------------------------------
 
-static void add_words(char* text, size_t size, const char* format, ...) OM_PRINTF(3, 4);
-
-static void add_words(char* text, size_t size, const char* format, ...) {
-    const size_t len = strlen(text);
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text + len, size - len, format, args);
-    va_end(args);
-}
-
 static void add_count(char* text, size_t size, const char* of, const char* what, int solid,
                       int mesh) {
     if (solid != mesh)
-        add_words(text, size, "; %s: %d of the %s, %d of the mesh", what, solid, of, mesh);
+        om__model_append(text, size, "; %s: %d of the %s, %d of the mesh", what, solid, of, mesh);
 }
 
 void om_model_describe_loss(const OmModelReport* report, char* text, size_t size) {
@@ -460,21 +445,22 @@ void om_model_describe_loss(const OmModelReport* report, char* text, size_t size
     if (size > 0) text[0] = 0;
     if (size == 0 || !report->has_loss) return;
     const char* what = report->nvoxel > 0 ? "label" : "surface";
-    add_words(text, size, "the mesh is not the %s", what);
+    om__model_append(text, size, "the mesh is not the %s", what);
     for (int i = 0; i < f->nloss && i < 3; i++) {
         const OmShapeLoss* l = &f->loss[i];
         const OmVec3 at = om_scale(1e3, l->where);
         if (l->volume > 0)
-            add_words(text, size, "; %.3g mL %s", l->volume * 1e6,
-                      l->is_added ? "too much" : "missing");
+            om__model_append(text, size, "; %.3g mL %s", l->volume * 1e6,
+                             l->is_added ? "too much" : "missing");
         else
-            add_words(text, size, "; a thin part missing");
-        add_words(text, size, " at (%.1f, %.1f, %.1f) mm, up to %.2g mm from the mesh's surface",
-                  at.x, at.y, at.z, l->depth * 1e3);
+            om__model_append(text, size, "; a thin part missing");
+        om__model_append(text, size,
+                         " at (%.1f, %.1f, %.1f) mm, up to %.2g mm from the mesh's surface", at.x,
+                         at.y, at.z, l->depth * 1e3);
     }
-    if (f->nloss > 3) add_words(text, size, "; and %d more places", f->nloss - 3);
+    if (f->nloss > 3) om__model_append(text, size, "; and %d more places", f->nloss - 3);
     add_count(text, size, what, "parts", f->solid.npart, f->mesh.npart);
     add_count(text, size, what, "handles", f->solid.nhandle, f->mesh.nhandle);
     add_count(text, size, what, "cavities", f->solid.ncavity, f->mesh.ncavity);
-    add_words(text, size, "; use an edge below %.2g mm", 0.6 * report->edge * 1e3);
+    om__model_append(text, size, "; use an edge below %.2g mm", 0.6 * report->edge * 1e3);
 }

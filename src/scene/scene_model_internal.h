@@ -49,7 +49,6 @@ typedef struct OmMeshTask {
     OmVec3 lo, hi;
     double volume;  // m^3
     double edge;    // m
-    double min_share;
     bool refine;
     int nworker;
     double* level;  // the level that fn subtracts; may be null
@@ -94,6 +93,8 @@ OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* repo
                              const char* path);
 
 // Append a sentence to the report's warnings or notes.
+// Append to a text of `size` bytes.
+void om__model_append(char* text, size_t size, const char* format, ...) OM_PRINTF(3, 4);
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
 void om__model_note(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
 

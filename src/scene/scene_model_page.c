@@ -109,10 +109,13 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     add_row(t, "shortest edge", q->edge_min * 1e3, "%.2f", "mm");
     add_row(t, "mean edge", q->edge_mean * 1e3, "%.2f", "mm");
     add_row(t, "longest edge", q->edge_max * 1e3, "%.2f", "mm");
-    add_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "%.3f", "mm");
-    add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");
+    if (r->has_fit) {
+        add_fit(t, &r->fit);
+    } else {
+        add_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "%.3f", "mm");
+        add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");
+    }
     add_row(t, "shift of the level set for the right volume", r->level_shift * 1e3, "%.3f", "mm");
-    if (r->has_fit) add_fit(t, &r->fit);
     if (r->mask_volume > 0) {
         add_row(t, "volume of the whole label", r->label_volume * 1e6, "%.3f", "mL");
         add_row(t, "of it left out", r->left_out * 1e6, "%.3f", "mL");

@@ -171,11 +171,13 @@ done:
 
 static void place_stage(const OmPatient* p, Stage* stage) {
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
-    for (int i = 0; i < p->mesh.nvert + p->organ.nvert; i++) {
-        OmVec3 x =
-            i < p->mesh.nvert ? om_load3(p->mesh.x, i) : om_load3(p->organ.x, i - p->mesh.nvert);
-        lo = om_min3(lo, x);
-        hi = om_max3(hi, x);
+    const double* x[3] = {p->mesh.x, p->organ.x, p->missed.x};
+    const int nvert[3] = {p->mesh.nvert, p->organ.nvert, p->missed.nvert};
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < nvert[k]; i++) {
+            lo = om_min3(lo, om_load3(x[k], i));
+            hi = om_max3(hi, om_load3(x[k], i));
+        }
     }
     stage->center = om_scale(0.5, om_add(lo, hi));
     stage->radius = fmax(1e-6, 0.5 * om_distance(lo, hi));
