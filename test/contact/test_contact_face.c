@@ -4,41 +4,20 @@
 // An edge sharper than the faces: points alone snap past it, faces do not. 14 % of the force up with points 2 mm apart.
 static void test_edge(void** test) {
     (void)test;
-    const Slide table[] = {
-        {"box, edges of 1 mm, 3 mm deep, faces of 12 mm",
-         OM_PROBE_BOX,
-         OM_PRESS_PENALTY,
-         0,
-         0,
-         0.003,
-         0.02,
-         false,
-         1,
-         true,
-         {10, 8, 4}},
-        {"the same, faces of 7.5 mm",
-         OM_PROBE_BOX,
-         OM_PRESS_PENALTY,
-         0,
-         0,
-         0.003,
-         0.02,
-         false,
-         1,
-         true,
-         {0}},
-        {"the same, steps of 0.5 s",
-         OM_PROBE_BOX,
-         OM_PRESS_PENALTY,
-         0,
-         0,
-         0.003,
-         0.5,
-         false,
-         1,
-         true,
-         {0}},
-    };
+    const Slide coarse = {.name = "box, edges of 1 mm, 3 mm deep, faces of 12 mm",
+                          .shape = OM_PROBE_BOX,
+                          .method = OM_PRESS_PENALTY,
+                          .depth = 0.003,
+                          .h = 0.02,
+                          .max_newton = 1,
+                          .has_faces = true,
+                          .cells = {10, 8, 4}};
+    Slide table[3] = {coarse, coarse, coarse};
+    table[1].name = "the same, faces of 7.5 mm";
+    table[1].cells[0] = 0;
+    table[2] = table[1];
+    table[2].name = "the same, steps of 0.5 s";
+    table[2].h = 0.5;
     for (int k = 0; k < test_count(1, 3); ++k) {
         Slid out = run(&table[k]);
         assert_below(fabs(out.aside[0] - out.aside[1]), 0.01);
