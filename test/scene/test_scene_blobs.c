@@ -1,5 +1,5 @@
 // 500 random smooth blobs under random headers, each meshed at 1.5 voxels or finer: every one succeeds, with its
-// volume within 1 %, a lost part told in at most 1 %, and dihedral angles above 8 degrees. OM_BLOBS sets another
+// volume within 2 %, a lost part told in at most 1 %, and dihedral angles above 8 degrees. OM_BLOBS sets another
 // number.
 #include "test_common.h"
 
@@ -83,7 +83,7 @@ static void test_random_blobs(void** unused) {
         def.allow_loss = true;
         OmStatus status = om_model_build_volume(&def, &v, NULL, &p, &r);
         if (status < 0) fail_msg("blob %d: %s", b, om_error_message());
-        if (r.volume_error > 0.01 || r.quality.dihedral_min * 180 / OM_PI < 8) {
+        if (r.volume_error > 0.02 || r.quality.dihedral_min * 180 / OM_PI < 8) {
             fail_msg("blob %d: volume error %.3f %%, smallest angle %.2f degrees", b,
                      100 * r.volume_error, r.quality.dihedral_min * 180 / OM_PI);
         }
