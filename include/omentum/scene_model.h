@@ -204,6 +204,13 @@ OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* vol
 /// edge to try; "" if it loses nothing.
 OM_API void om_model_describe_loss(const OmModelReport* report, char* text, size_t size);
 
+/// Read the volume mesh of def->input, and mend it as om_model_build does before it is used.
+/// @param report  its notes have what was mended
+/// @return OM_OK; OM_INVALID (the message names file, line or field, or a defect that is not mended); OM_NO_MEMORY;
+///         OM_IO
+OM_API OmStatus om_model_load_mesh(const OmModelDef* def, OmTetMesh* mesh, OmMeshFrame* stated,
+                                   OmModelReport* report);
+
 /// What a file of labels holds, to choose from.
 typedef struct OmLabelRow {
     char name[OM_SEGMENT_NAME];  // "" if the file gives none

@@ -366,7 +366,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
 
 // ---- the verb ---------------------------------------------------------------------------------------------------
 
-static void print_notes(const OmModelReport* r) {
+void om_cli_model_notes(const OmModelReport* r) {
     for (const char* line = r->note; *line;) {
         const char* end = line + strcspn(line, "\n");
         printf("note: %.*s\n", (int)(end - line), line);
@@ -436,7 +436,7 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
     }
     if (p->mesh.nset) printf(" vertices; region of interest: %d points\n", p->nroi);
     if (r->has_fit) print_fit(r);
-    print_notes(r);
+    om_cli_model_notes(r);
     printf("%s: written in %.1f s; open report.html\n", dir, r->seconds);
 }
 

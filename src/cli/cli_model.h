@@ -7,5 +7,7 @@
 
 // Print the contents of the definition's input: its labels or segments. Returns the exit code.
 int om_cli_model_list(const OmModelDef* def, bool is_quiet);
+// Print the notes and warnings of a report, a line each.
+void om_cli_model_notes(const OmModelReport* report);
 
 #endif

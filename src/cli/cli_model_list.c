@@ -124,8 +124,8 @@ static void print_labels(const OmTetMesh* m) {
 static OmStatus list_mesh(const OmModelDef* def) {
     OmTetMesh mesh;
     OmMeshFrame stated;
-    const OmMeshFrame given = {def->unit, def->space};
-    OM_TRY(om_tet_mesh_load_frame(def->input, given, 0, &mesh, &stated));
+    OmModelReport report = {0};
+    OM_TRY(om_model_load_mesh(def, &mesh, &stated, &report));
     om_cli_progress_done();
     printf("%s: %d tetrahedra, %d vertices\n", def->input, mesh.ntet, mesh.nvert);
     print_frame(def, stated);
@@ -133,25 +133,49 @@ static OmStatus list_mesh(const OmModelDef* def) {
     print_labels(&mesh);
     for (int s = 0; s < mesh.nset; s++)
         printf("set %s: %d vertices\n", mesh.set[s].name, mesh.set[s].nvert);
+    om_cli_model_notes(&report);
     om_tet_mesh_done(&mesh);
     return OM_OK;
 }
 
+static void print_repair(const OmSurfaceRepair* repair) {
+    for (int k = 0; k < OM_NDEFECT; k++) {
+        char text[320];
+        om_surface_repair_words(repair, (OmDefect)k, text, sizeof text);
+        if (text[0]) printf("note: %s\n", text);
+    }
+}
+
+// A surface as the file has it, then what a model would mend, or why it would be refused.
 static OmStatus list_surface(const OmModelDef* def) {
     OmSurface surface;
     OmSurfaceCheck check;
+    OmSurfaceRepair repair;
     OmMeshFrame stated;
     const OmMeshFrame given = {def->unit, def->space};
-    OM_TRY(om_surface_load_frame(def->input, given, 0, &surface, &stated));
+    OM_TRY(om_surface_load_frame(def->input, given, OM_MESH_KEEP_DEGENERATE, &surface, &stated));
     om_cli_progress_done();
     OmStatus status = om_surface_check(&surface, &check);
-    if (status == OM_OK) {
-        bool is_closed = check.first_tri < 0;
-        printf("%s: %d triangles, %d vertices in %d part%s, %s\n", def->input, surface.ntri,
-               surface.nvert, check.ncomponent, check.ncomponent == 1 ? "" : "s",
-               is_closed ? "closed" : "not closed: bounds no volume");
+    if (status < 0) {
+        om_surface_done(&surface);
+        return status;
+    }
+    const int ntri = surface.ntri, nvert = surface.nvert;
+    OmSurfaceRepairDef repair_def = om_surface_repair_default_def();
+    repair_def.mode = def->repair;
+    status = om_surface_repair(&repair_def, &surface, &repair);
+    if (status == OM_OK || status == OM_INVALID) {
+        const bool is_open = status < 0 || repair.defect[OM_DEFECT_OPEN].count > 0;
+        printf("%s: %d triangles, %d vertices in %d part%s, %s\n", def->input, ntri, nvert,
+               check.ncomponent, check.ncomponent == 1 ? "" : "s",
+               check.first_tri < 0 ? "closed"
+               : is_open           ? "not closed"
+                                   : "mended as the notes say");
         print_frame(def, stated);
-        print_extent(surface.x, surface.nvert, is_closed ? om_surface_volume(&surface) : 0);
+        print_extent(surface.x, surface.nvert, status == OM_OK ? repair.volume : 0);
+        if (status == OM_OK) print_repair(&repair);
+        if (status < 0) printf("note: a model of it is refused: %s\n", om_error_message());
+        status = OM_OK;
     }
     om_surface_done(&surface);
     return status;

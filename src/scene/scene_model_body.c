@@ -459,13 +459,13 @@ static OmStatus note_reading(const OmModelDef* def, const OmMeshReading* r, OmMo
     return OM_OK;
 }
 
-static OmStatus weld_cracks(const OmModelDef* def, OmBody* body, OmModelReport* report) {
+static OmStatus weld_cracks(const OmModelDef* def, OmTetMesh* mesh, OmModelReport* report) {
     OmTetMeshWeld w;
     OmTetMesh trial;
     if (!def->keep_cracks && def->repair != OM_REPAIR_STRICT) {
-        OM_TRY(om_tet_mesh_weld(&body->mesh, 0, &w));
+        OM_TRY(om_tet_mesh_weld(mesh, 0, &w));
     } else {
-        OM_TRY(om_tet_mesh_copy(&body->mesh, &trial));
+        OM_TRY(om_tet_mesh_copy(mesh, &trial));
         OmStatus status = om_tet_mesh_weld(&trial, 0, &w);
         om_tet_mesh_done(&trial);
         OM_TRY(status);
@@ -492,11 +492,23 @@ static OmStatus weld_cracks(const OmModelDef* def, OmBody* body, OmModelReport* 
     return OM_OK;
 }
 
-static OmStatus use_mesh(const OmModelDef* def, const OmMeshReading* reading,
-                         const OmSdfDef* sdf_def, OmBody* body, OmModelReport* report) {
-    Numbers n = {.stated = reading->stated};
-    OM_TRY(note_reading(def, reading, report));
-    OM_TRY(weld_cracks(def, body, report));
+OmStatus om_model_load_mesh(const OmModelDef* def, OmTetMesh* mesh, OmMeshFrame* stated,
+                            OmModelReport* report) {
+    OmMeshReading reading;
+    unsigned flags = OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_STRAIGHTEN;
+    if (def->repair == OM_REPAIR_STRICT) flags = 0;
+    OM_TRY(om_tet_mesh_load_reading(def->input, (OmMeshFrame){def->unit, def->space}, flags, mesh,
+                                    &reading));
+    *stated = reading.stated;
+    OmStatus status = note_reading(def, &reading, report);
+    if (status == OM_OK) status = weld_cracks(def, mesh, report);
+    if (status < 0) om_tet_mesh_done(mesh);
+    return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
+}
+
+static OmStatus use_mesh(const OmModelDef* def, OmMeshFrame stated, const OmSdfDef* sdf_def,
+                         OmBody* body, OmModelReport* report) {
+    Numbers n = {.stated = stated};
     body->has_mesh = !def->remesh;
     body->volume_ref = n.volume = om_tet_mesh_volume(&body->mesh);
     n.used = om_mesh_frame_join((OmMeshFrame){def->unit, def->space}, n.stated);
@@ -509,12 +521,9 @@ static OmStatus use_mesh(const OmModelDef* def, const OmMeshReading* reading,
 
 static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
                           OmModelReport* report) {
-    OmMeshReading reading;
-    unsigned flags = OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_STRAIGHTEN;
-    if (def->repair == OM_REPAIR_STRICT) flags = 0;
-    OM_TRY(om_tet_mesh_load_reading(def->input, (OmMeshFrame){def->unit, def->space}, flags,
-                                    &body->mesh, &reading));
-    OmStatus status = use_mesh(def, &reading, sdf_def, body, report);
+    OmMeshFrame stated;
+    OM_TRY(om_model_load_mesh(def, &body->mesh, &stated, report));
+    OmStatus status = use_mesh(def, stated, sdf_def, body, report);
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 
