@@ -26,7 +26,7 @@ from .engine import Engine, EngineStep
 from .law import Law, check_law, smooth_log, smooth_power
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
 from .match import Acquisition, Estimate, Matcher, adopt, load_acquisition, save_acquisition
-from .mesh import Surface, TetMesh
+from .mesh import Surface, SurfaceRepair, TetMesh
 from .patient import Patient, build_patient
 from .plan import Action, Plan, Planner, Situation
 from .preplan import Preplan, preplan

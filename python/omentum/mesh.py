@@ -9,8 +9,31 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, index_array
+from ._convert import array_of, find_enum, index_array
 from ._lib import copied, lib, path_of, vec3
+
+
+class SurfaceRepair(c.OmSurfaceRepair):
+    """OmSurfaceRepair: volume, overlap and negative (m^3), share of triangles mended, npart, ncavity; str: its notes."""
+
+    @property
+    def found(self) -> dict[str, int]:
+        """Defects found, by kind: {"hole": 2, "winding": 30}."""
+        counts = {kind.name.lower(): self.defect[kind].count for kind in c.OmDefect if kind != c.OmDefect.NDEFECT}
+        return {kind: count for kind, count in counts.items() if count}
+
+    @property
+    def notes(self) -> list[str]:
+        """A sentence for each kind of defect: how many, where the first is (RAS mm), what was done."""
+        text = ctypes.create_string_buffer(512)
+        out = []
+        for kind in c.OmDefect:
+            lib.om_surface_repair_words(ctypes.byref(self), int(kind), text, len(text))
+            out.append(text.value.decode())
+        return [line for line in out if line]
+
+    def __str__(self) -> str:
+        return "\n".join(self.notes)
 
 
 @dataclass
@@ -56,6 +79,26 @@ class Surface:
     def require_closed(self) -> None:
         """Raise Invalid with the first open, non-manifold or flipped edge."""
         lib.om_surface_require_closed(ctypes.byref(self._as_c()))
+
+    def repaired(self, mode: str = "mend", **limits: float) -> tuple[Surface, SurfaceRepair]:
+        """A surface that bounds a solid, and what was mended.
+
+        mode: "mend" what has one meaning; "all": also many defects, large holes and edges that stay open; "strict": raise
+        Invalid at the first defect. limits: merge, max_hole, max_share of OmSurfaceRepairDef. Raises Invalid, with kind,
+        place and remedy, if it cannot be mended.
+        """
+        self.__post_init__()
+        definition = lib.om_surface_repair_default_def()
+        definition.assign({"mode": find_enum(c.OmRepairMode, mode), **limits})
+        raw, report = c.OmSurface(), SurfaceRepair()
+        lib.om_surface_init(ctypes.byref(raw), len(self.x), len(self.tri))
+        try:
+            ctypes.memmove(raw.x, self.x.ctypes.data, self.x.nbytes)
+            ctypes.memmove(raw.tri_vert, self.tri.ctypes.data, self.tri.nbytes)
+            lib.om_surface_repair(ctypes.byref(definition), ctypes.byref(raw), ctypes.byref(report))
+            return self._copy(raw), report
+        finally:
+            lib.om_surface_done(ctypes.byref(raw))
 
     def to_meshio(self) -> Any:
         """A meshio.Mesh."""
@@ -178,6 +221,19 @@ class TetMesh:
         raw = c.OmSurface()
         lib.om_contact_surface_make(ctypes.byref(self._as_c()), ntri, ctypes.byref(raw))
         return Surface._take(raw)
+
+    def welded(self, tolerance: float = 0.0) -> tuple[TetMesh, c.OmTetMeshWeld]:
+        """Faces of the boundary that lie on each other joined, where a mesh is cracked, and how many: nvert, nface, first.
+
+        tolerance: m; 0: 1e-6 of the diagonal of the box. Vertices that coincide elsewhere stay apart.
+        """
+        raw, report = c.OmTetMesh(), c.OmTetMeshWeld()
+        lib.om_tet_mesh_copy(ctypes.byref(self._as_c()), ctypes.byref(raw))
+        try:
+            lib.om_tet_mesh_weld(ctypes.byref(raw), tolerance, ctypes.byref(report))
+            return self._copy(raw), report
+        finally:
+            lib.om_tet_mesh_done(ctypes.byref(raw))
 
     def refined(self) -> TetMesh:
         """Every element replaced by eight."""

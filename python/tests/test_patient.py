@@ -1,6 +1,8 @@
 """Volumes, meshes and patient models: against volumes computed by hand, files and other libraries."""
 # PARTS 2
+import ctypes
 import functools
+import json
 import os
 import pickle
 import signal
@@ -72,6 +74,25 @@ def test_a_ct_made_here_becomes_fat_over_an_organ(tmp_path):
         om.Volume(labels.values.astype(np.int64), spacing=0.001).save(tmp_path / "wide.nrrd")
     with pytest.raises(om.Invalid, match="voxel"):
         om.make_ct(voxel=-1)
+
+
+def test_attached_vertices_are_one_number(tmp_path):
+    """Tissue over an organ: of the model here, in its report, in a body of quadratic elements, and in a dry run."""
+    _, truth = om.make_ct(5, organ_half=0.036, fat_half=0.022, voxel=0.003)
+    patient = build(truth, edge=0.012, label=1, over={"label": [2, 3], "roi": 3}, attach="underside:superior 35 %", allow_loss=True)
+    patient.save(tmp_path / "model")
+    number = len(patient.mesh.sets["attachment"])
+    assert number > 5 and json.loads((tmp_path / "model/report.json").read_text())["sets"]["attachment"] == number
+    scene = om.Scene.parse("name: fat\ntissue: {source: patient, file: patient.yaml}\nattachments: {kind: set}\ntask: {grid: 3}\n")
+    scene.data_root = str(tmp_path / "model")
+    assert scene.tissue.element == om.capi.OmTissueElement.ELEMENT_QUADRATIC
+    for body in (om.Body(patient), om.Body(scene)):
+        assert body.attached.sum() == number and len(body.attached) == len(patient.mesh.x)
+    tissue = om.Tissue(patient, element="linear")
+    assert tissue.attached.sum() == number
+    estimate, definition = om.capi.OmRetractEstimate(), om.lib.om_retract_default_def(ctypes.byref(scene))
+    om.lib.om_retract_check(ctypes.byref(definition), None, ctypes.byref(estimate))
+    assert estimate.twin_nattached == number
 
 
 def test_several_labels_are_refused_until_one_is_named(ellipsoid):
@@ -178,6 +199,43 @@ def test_meshes_survive_files_and_pickles(box, tmp_path):
     surface.require_closed()
     with pytest.raises(om.Invalid, match="edge|open|closed"):
         om.Surface(surface.x, surface.tri[1:]).require_closed()
+
+
+def test_damaged_surfaces_are_repaired(alive):
+    """Two boxes that overlap in 10 x 20 x 20 mm, then holes, a turned triangle and one that occurs again."""
+    (x, tri), (x2, tri2) = ((s.x, s.tri) for s in (om.TetMesh.box((0.04, 0.02, 0.02), (16, 8, 8), low=(low, 0, 0)).boundary()[0]
+                                                   for low in (0, 0.03)))
+    whole = om.Surface(x, tri)
+    same, report = whole.repaired()
+    assert same.volume == pytest.approx(1.6e-5) and not report.found and str(report) == "" and report.npart == 1
+    bad = np.vstack([np.delete(tri, 10, axis=0), tri[20:21]])
+    bad[3] = bad[3, ::-1]
+    mended, report = om.Surface(x, bad).repaired("mend", max_hole=0.1)
+    mended.require_closed()
+    assert mended.volume == pytest.approx(1.6e-5) == report.volume and report.found == {"duplicate": 1, "winding": 1, "hole": 1}
+    assert len(report.notes) == 3 and report.notes[2].startswith("the surface has 1 hole, at (") and "2.5 mm across" in str(report)
+    assert len(bad) == len(tri)  # what was given stays
+    _, report = om.Surface(np.vstack([x, x2 + (0, 0.001, 0.001)]), np.vstack([tri, tri2 + len(x)])).repaired()
+    assert report.volume == pytest.approx(3.2e-5 - report.overlap) and report.overlap == pytest.approx(0.01 * 0.019**2, rel=0.02)
+    with pytest.raises(om.Invalid, match="1 triangle that occurs again, at"):
+        om.Surface(x, bad).repaired("strict")
+    with pytest.raises(om.Invalid, match="hole larger than"):
+        om.Surface(x, bad).repaired(max_hole=0.001)
+    with pytest.raises(ValueError, match="did you mean 'mend'"):
+        whole.repaired("mended")
+    with pytest.raises(AttributeError, match="max_hole"):
+        whole.repaired(max_holes=1)
+    assert alive() == 0
+
+
+def test_cracked_meshes_are_welded(box):
+    other = om.TetMesh.box((0.04, 0.02, 0.02), (4, 2, 2), low=(0.04, 0, 0))
+    cracked = om.TetMesh(np.vstack([box.x, other.x]), np.vstack([box.tet, other.tet + len(box.x)]), sets=box.sets)
+    welded, report = cracked.welded()
+    assert (report.nvert, report.nface) == (9, 8) and report.first[0] == pytest.approx(0.04)
+    assert len(welded.x) == 2 * len(box.x) - 9 and welded.quality().npart == 1 < cracked.quality().npart
+    assert welded.volume == pytest.approx(3.2e-5) and np.array_equal(welded.x[welded.sets["attachment"]], box.x[box.sets["attachment"]])
+    assert welded.welded()[1].nface == 0
 
 
 def test_wrong_meshes_are_refused(box):
