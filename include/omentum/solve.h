@@ -44,6 +44,7 @@ typedef struct OmBsr {
     int* edge_adr;   // its blocks (i, j) and (j, i)                          (nedge x 2)
     float* value;    // blocks by columns, then 3 floats of padding           (nblock x 9 + 3)
     double* exact;   // the same in double, or null; used by Cholesky factors  (nblock x 9)
+    const struct OmTies* ties;  // further terms, borrowed, summed; or null
 } OmBsr;
 
 /// The pattern that couples all vertices of each element (2: edges, 4: tetrahedra, 8: hexahedra).
@@ -74,6 +75,30 @@ static inline void om_bsr_add(OmBsr* A, int k, OmMat3 m) {
 }
 /// y = A x, summed in double. x, y: (nvert x 3), not the same array.
 OM_API void om_bsr_apply(const OmBsr* A, int nworker, const double* x, double* y);
+
+// ---- ties ------------------------------------------------------------------------------------------
+
+/// Terms between vertices that share no element: of a contact between two surfaces, of a spring between two bodies. A
+/// tie adds w_a w_b K to block (a, b) for every two of its vertices. A matrix with ties (OmBsr.ties) is solved by CG;
+/// OM_CHOLESKY, OM_LU and om_solver_solve_gmres refuse it.
+typedef struct OmTies OmTies;
+
+/// @param nvert  rows of the matrix
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY
+OM_API OmStatus om_ties_create(int nvert, OmTies** ties);
+OM_API void om_ties_destroy(OmTies* ties);
+OM_API void om_ties_clear(OmTies* ties);
+/// @param num     vertices, 1 to 256; different ones
+/// @param K       symmetric positive semidefinite
+/// @return OM_OK; OM_INVALID (a vertex out of range); OM_NO_MEMORY
+OM_API OmStatus om_ties_add(OmTies* ties, int num, const int* vert, const double* weight, OmMat3 K);
+/// Sum the ties by rows: after the last om_ties_add and before the matrix is used.
+/// @return OM_OK; OM_INVALID (too many); OM_NO_MEMORY
+OM_API OmStatus om_ties_sum(OmTies* ties);
+OM_API int om_ties_count(const OmTies* ties);
+/// y += row i of the ties times x (nvert x 3).
+OM_API void om_ties_apply_row(const OmTies* ties, const double* x, int i, OmVec3* y);
+OM_API size_t om_ties_memory(const OmTies* ties);
 
 // ---- solvers --------------------------------------------------------------------------------------
 
@@ -121,10 +146,11 @@ OM_API void om_solver_set_fixed(OmSolver* solver, const unsigned char* fixed);
 /// In later solves, divide residuals by `norm` instead of |b|. Stiff penalties make |b| large, which would loosen the
 /// tolerance. 0 (default): |b|. Not used by OM_CHOLESKY.
 OM_API void om_solver_set_reference(OmSolver* solver, double norm);
-/// Read new values of A: invert diagonal blocks, compute coarse matrices, or factorise. Allocates only inside CHOLMOD.
+/// Read new values of A: invert diagonal blocks, compute coarse matrices, or factorise. Allocates only inside CHOLMOD,
+/// and where A has more ties than before.
 /// @param A  the pattern of create
 /// @return OM_OK, OM_NOT_SPD (a pivot is not positive; OM_LU: singular; solve refuses until the next refresh),
-///         OM_INVALID (a value is not finite)
+///         OM_INVALID (a value is not finite), OM_UNAVAILABLE (factors of a matrix with ties), OM_NO_MEMORY (ties)
 OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
 /// The same after a few stiff terms (contacts) were added or removed: only diagonal blocks are inverted again, coarse
 /// matrices stay. This changes the number of iterations, not the solution. OM_CHOLESKY factorises.

@@ -184,6 +184,7 @@ static void apply_block(void* ctx, int begin, int end, int block) {
     (void)block;
     const Apply* a = ctx;
     apply_rows(a->A, a->x, a->y, begin, end);
+    if (a->A->ties) om__ties_add_rows(a->A->ties, a->x, a->y, begin, end);
 }
 
 void om_bsr_apply(const OmBsr* A, int nworker, const double* x, double* y) {

@@ -85,6 +85,8 @@ static bool residual_norms(Member* m, bool x_is_zero) {
     for (int k = m->begin; k < m->end; ++k) {
         double rr[OM_MAX_LANE];
         job->K->residual(job->S, x_is_zero ? NULL : job->A, job->b, job->nrhs, k, rr);
+        if (job->A->ties && !x_is_zero)
+            om__ties_residual(job->A->ties, job->S, job->K->lanes, k, rr);
         om__put_partial(job->S, 0, k, rr, job->K->lanes);
     }
     om_team_barrier(m->team);
@@ -196,7 +198,9 @@ static void multiply(Member* m) {
     for (int n = 0; n < m->end - m->begin; ++n) {
         int k = m->who.is_backward ? m->end - 1 - n : m->begin + n;
         double sums[2 * OM_MAX_LANE];
-        job->K->multiply(job->A, S, S->chunks.begin[k], S->chunks.begin[k + 1], sums);
+        int begin = S->chunks.begin[k], end = S->chunks.begin[k + 1];
+        job->K->multiply(job->A, S, begin, end, sums);
+        if (job->A->ties) om__ties_multiply(job->A->ties, job->K, S, begin, end, sums);
         for (int f = S->chunk_fixed[k]; f < S->chunk_fixed[k + 1]; ++f)
             for (size_t c = 0; c < 3; ++c)
                 for (size_t q = 0; q < lanes; ++q)

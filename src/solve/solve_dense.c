@@ -42,6 +42,7 @@ static void unpack(OmDense* dense, const OmBsr* A) {
                 for (size_t c = 0; c < 3; ++c)
                     dense->factor[(3 * (size_t)i + r) * n + 3 * (size_t)A->col[k] + c] =
                         (double)A->value[9 * (size_t)k + 3 * c + r];
+    if (A->ties) om__ties_add_dense(A->ties, dense->n, dense->factor);
 }
 
 void om__dense_refresh(OmDense* dense, const OmBsr* A) {

@@ -62,6 +62,8 @@ static void multiply(const Wide* d, double sum[3]) {
     for (int k = d->first; k < d->last; ++k) {
         double part[3] = {0, 0, 0};
         multiply_rows(d->A, d->p, d->w, S->chunks.begin[k], S->chunks.begin[k + 1]);
+        if (d->A->ties)
+            om__ties_add_rows(d->A->ties, d->p, d->w, S->chunks.begin[k], S->chunks.begin[k + 1]);
         for (size_t n = 3 * (size_t)S->chunks.begin[k]; n < 3 * (size_t)S->chunks.begin[k + 1];
              ++n) {
             if (S->fixed[n]) d->w[n] = 0;

@@ -133,6 +133,7 @@ OmStatus om_solver_solve_gmres(OmSolver* S, const OmBsr* A, const OmBsr* B, doub
     if (info) *info = (OmSolveInfo){0};
     OM_CHECK(A->nvert == S->nvert && B->nvert == S->nvert && B->nblock == A->nblock, OM_INVALID,
              "om_solver_solve_gmres: the matrices have not one pattern");
+    OM_CHECK(!A->ties && !B->ties, OM_UNAVAILABLE, "GMRES: the matrix has ties");
     OM_CHECK(tolerance > 0 && tolerance < 1, OM_INVALID,
              "om_solver_solve_gmres: the tolerance is %g, must be in (0, 1)", tolerance);
     size_t n = 3 * (size_t)S->nvert;

@@ -135,10 +135,30 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
                               double bound, OmMultigrid** mg, size_t* memory);
 void om__multigrid_destroy(OmMultigrid* mg);
 void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
-void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
+/// @return OM_OK; OM_NO_MEMORY, OM_INVALID (ties)
+OmStatus om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
 /// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. Rows of
 /// other members may be unfinished at return.
 void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, OmRank* who);
+
+// ---- solve_tie.c ------------------------------------------------------------------------------------
+
+/// As om_ties_sum, with an upper bound of the eigenvalues of D^-1 A for the smoother's D.
+OmStatus om__ties_sum(OmTies* ties, double bound);
+/// The ties of the next level: P^T T P. They are not summed.
+OmStatus om__ties_coarsen(const OmTies* fine, const OmInterp* P, OmTies* coarse);
+/// What the ties add in rows [begin, end) to OmKernels.multiply, smooth and residual, called after these.
+void om__ties_multiply(const OmTies* ties, const OmKernels* K, const OmSolver* S, int begin,
+                       int end, double* sums);
+void om__ties_smooth(const OmTies* ties, const OmKernels* K, const float* dinv, const OmSmooth* s,
+                     int begin, int end);
+void om__ties_residual(const OmTies* ties, OmSolver* S, int lanes, int chunk, double* rr);
+/// y += T x in rows [begin, end).
+void om__ties_add_rows(const OmTies* ties, const double* x, double* y, int begin, int end);
+/// Diagonal block of row i for the smoother, by columns; null: none.
+const float* om__ties_diagonal(const OmTies* ties, int i);
+/// dense += T, (n x n) by rows.
+void om__ties_add_dense(const OmTies* ties, int n, double* dense);
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 

@@ -105,6 +105,7 @@ void om__multigrid_destroy(OmMultigrid* mg) {
     for (int l = 0; l < mg->nlevel; ++l) {
         OmLevel* L = &mg->level[l];
         om_bsr_destroy(&L->A);
+        om_ties_destroy(L->ties);
         om__interp_done(&L->P);
         om__galerkin_done(&L->G);
         float* vector[] = {L->dinv, L->b, L->x, L->r, L->d, L->e};
@@ -130,6 +131,10 @@ typedef struct MgRefresh {
 static void invert_coarse(OmLevel* L, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         const float* v = L->A.value + 9 * (size_t)L->A.row_adr[i];
+        const float* tie = L->A.ties ? om__ties_diagonal(L->A.ties, i) : NULL;
+        float both[9];
+        for (int c = 0; c < 9 && tie; ++c) both[c] = v[c] + tie[c];
+        if (tie) v = both;
         float max = fmaxf(v[0], fmaxf(v[4], v[8]));
         unsigned char loose[3];
         for (int c = 0; c < 3; ++c) loose[c] = !(v[4 * c] > 1e-6f * max);
@@ -162,9 +167,26 @@ static void refresh_member(void* ctx, OmTeam* team, int rank, int size) {
     if (rank == 0) om__dense_refresh(&mg->dense, &mg->level[mg->nlevel - 1].A);
 }
 
-void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker) {
+// The ties of the coarse levels from those of A.
+static OmStatus coarsen_ties(OmMultigrid* mg, const OmBsr* A) {
+    const OmTies* fine = A->ties;
+    for (int l = 1; l < mg->nlevel; ++l) {
+        OmLevel* L = &mg->level[l];
+        L->A.ties = NULL;
+        if (!fine) continue;
+        if (!L->ties) OM_TRY(om_ties_create(L->nvert, &L->ties));
+        OM_TRY(om__ties_coarsen(fine, &mg->level[l - 1].P, L->ties));
+        OM_TRY(om__ties_sum(L->ties, COARSE_BOUND));
+        fine = L->A.ties = L->ties;
+    }
+    return OM_OK;
+}
+
+OmStatus om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker) {
+    OM_TRY(coarsen_ties(mg, A));
     MgRefresh f = {mg, A};
     om_parallel_team(nworker, refresh_member, &f);
+    return OM_OK;
 }
 
 // ---- V-cycle ----------------------------------------------------------------------------------------
@@ -196,6 +218,7 @@ static void sweep(const OmKernels* K, const Rows* w, const OmSmooth* s, OmRank* 
         int begin = w->begin + SWEEP_ROWS * (who->is_backward ? num - 1 - k : k);
         int end = begin + SWEEP_ROWS < w->end ? begin + SWEEP_ROWS : w->end;
         K->smooth(w->A, w->dinv, s, begin, end);
+        if (w->A->ties) om__ties_smooth(w->A->ties, K, w->dinv, s, begin, end);
     }
     who->is_backward = !who->is_backward;
 }

@@ -58,6 +58,7 @@ typedef struct OmLevel {
     float *r, *d, *e;     // residual, correction, next correction            (nvert x width)
     OmInterp P;           // from the next level
     OmGalerkin G;
+    OmTies* ties;  // of a coarse level; null before the first matrix with ties
 } OmLevel;
 
 struct OmMultigrid {

@@ -203,6 +203,10 @@ static void invert_chunk(void* ctx, int begin, int end, int block) {
     double bad = 0;  // 1: not positive definite, 2: not finite
     for (int i = S->chunks.begin[begin]; i < S->chunks.begin[begin + 1]; ++i) {
         const float* v = f->A->value + 9 * (size_t)f->A->row_adr[i];
+        const float* tie = f->A->ties ? om__ties_diagonal(f->A->ties, i) : NULL;
+        float both[9];
+        for (int c = 0; c < 9 && tie; ++c) both[c] = v[c] + tie[c];
+        if (tie) v = both;
         if (om__invert_block(v, S->fixed + 3 * (size_t)i, S->dinv + 9 * (size_t)i)) continue;
         float sum = 0;
         for (int c = 0; c < 9; ++c) sum += v[c] * 0.0f;
@@ -227,11 +231,13 @@ static OmStatus refresh(OmSolver* S, const OmBsr* A, bool is_whole) {
         A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
         "om_solver_refresh: the matrix has %d rows and %d blocks, the solver was made for %d and %d",
         A->nvert, A->nblock, S->nvert, S->nblock);
+    OM_CHECK(!A->ties || (!S->cholesky && !S->lu), OM_UNAVAILABLE,
+             "om_solver_refresh: the matrix has ties, which need a preconditioner of CG");
     OmStatus status = S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed)
                       : S->lu     ? om__lu_refresh(S->lu, A, S->fixed)
                                   : invert_diagonal(S, A);
     if (status == OM_OK && S->multigrid && is_whole)
-        om__multigrid_refresh(S->multigrid, A, S->def.nworker);
+        status = om__multigrid_refresh(S->multigrid, A, S->def.nworker);
     S->is_ready = status == OM_OK;
     return status;
 }
@@ -262,6 +268,7 @@ static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
     for (int k = 0; k < S->chunks.num && !A->exact; ++k) {
         double rr;
         om__kernels_one.residual(S, A, b, 1, k, &rr);
+        if (A->ties) om__ties_residual(A->ties, S, 1, k, &rr);
         sum += rr;
     }
     for (int i = 0; i < S->nvert && A->exact; ++i) {

@@ -35,6 +35,7 @@ OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i) {
         y.y += (double)a[1] * d.x + (double)a[4] * d.y + (double)a[7] * d.z;
         y.z += (double)a[2] * d.x + (double)a[5] * d.y + (double)a[8] * d.z;
     }
+    if (A->ties) om_ties_apply_row(A->ties, dv, i, &y);
     return y;
 }
 
@@ -60,7 +61,7 @@ bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWor
 
 // Work of the forces that were added to the step (contact): force at the end of the step times displacement.
 static double work_of_added(const OmTissueWork* w) {
-    double work = 0;
+    double work = om__ties_work(w, w->v_end);
     for (int n = 0; n < w->nextra; ++n) {
         int i = w->extra[n];
         OmVec3 d = om_load3(w->v_end, i);

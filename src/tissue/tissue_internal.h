@@ -107,6 +107,13 @@ typedef struct OmTissuePoint {  // a force on a point inside an element
     int block[16];  // indices of the blocks of A that K changes; used if has_K
 } OmTissuePoint;
 
+typedef struct OmTissueTie {  // a force between places of the tissue
+    int vert[4];
+    double weight[4];
+    OmVec3 f;  // N
+    OmMat3 K;  // N/m
+} OmTissueTie;
+
 typedef struct OmTissueUndo {  // a block of A before it was changed
     int block;
     float value[9];
@@ -139,6 +146,9 @@ struct OmTissueWork {
     OmTissuePoint* point;     //                                                    (max_point)
     int nundo;                // blocks of A changed by forces on points
     OmTissueUndo* undo;       //                                                    (max_point x 16)
+    int ntie, max_tie;   // forces between places, tissue_tie.c
+    OmTissueTie* tie;    //                                                        (max_tie)
+    OmTies* ties;        // their matrix; null before the first tie
     OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
     bool is_static;           // statics: no inertia, h is 1
     double force_scale;       // N, added to b where residuals are scaled
@@ -225,5 +235,12 @@ double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 /// Add forces on points to A and rhs, and remove them from A.
 void om__points_apply(const OmTissueState* state, OmTissueWork* work);
 void om__points_undo(OmTissueWork* work);
+
+// ---- tissue_tie.c ---------------------------------------------------------------------------------
+
+/// Add forces between places to A and rhs.
+OmStatus om__ties_apply(const OmTissueState* state, OmTissueWork* work);
+/// Work of these forces, at the end of the step, along the displacements d (nvert x 3), J.
+double om__ties_work(const OmTissueWork* work, const double* d);
 
 #endif

@@ -332,6 +332,7 @@ size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
             ((size_t)w->A.nvert + 1 + (size_t)w->A.nblock + 4 * (size_t)w->A.nedge) * sizeof(int) +
             (size_t)w->A.nblock * 9 * sizeof(float);
     work += (size_t)w->max_point * (sizeof *w->point + 16 * sizeof *w->undo);
+    work += (size_t)w->max_tie * sizeof *w->tie + (w->ties ? om_ties_memory(w->ties) : 0);
     if (w->solver) work += om_solver_memory(w->solver);
     return model + state + work + (m->engine->get_memory ? m->engine->get_memory(m, w) : 0);
 }

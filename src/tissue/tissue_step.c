@@ -91,6 +91,8 @@ void om_tissue_work_destroy(OmTissueWork* w) {
     om_free(w->extra_diag);
     om_free(w->point);
     om_free(w->undo);
+    om_ties_destroy(w->ties);
+    om_free(w->tie);
     om_free(w->backup);
     om_free(w);
 }
@@ -121,7 +123,8 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
     OM_CHECK(om__has_matrix(m), OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
              m->engine->name);
-    w->nextra = w->npoint = w->nundo = 0;
+    w->nextra = w->npoint = w->nundo = w->ntie = 0;
+    w->A.ties = NULL;
     memset(w->is_extra, 0, (size_t)w->nvert);
     w->force_scale = 0;
     om_solver_set_tolerance(w->solver, 0);
@@ -166,7 +169,7 @@ void om_tissue_add_force(OmTissueWork* w, int i, OmVec3 f, OmMat3 K) {
 }
 
 void om_tissue_clear_forces(OmTissueWork* w) {
-    w->is_changed |= w->nundo > 0 || w->nextra > 0;
+    w->is_changed |= w->nundo > 0 || w->nextra > 0 || w->ntie > 0;
     om__points_undo(w);
     for (int k = 0; k < w->nextra; ++k) {
         int i = w->extra[k];
@@ -174,11 +177,12 @@ void om_tissue_clear_forces(OmTissueWork* w) {
         memcpy(w->A.value + 9 * (size_t)w->A.row_adr[i], w->extra_diag + 9 * (size_t)i,
                9 * sizeof(float));
     }
-    w->nextra = w->npoint = 0;
+    w->nextra = w->npoint = w->ntie = 0;
+    w->A.ties = NULL;
 }
 
 // Add the extra forces to the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
-static void add_extra(const OmTissueState* s, OmTissueWork* w) {
+static OmStatus add_extra(const OmTissueState* s, OmTissueWork* w) {
     const double* v = om__state_array(s, OM__V);
     memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof(double));
     om__points_undo(w);
@@ -192,13 +196,14 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
         om_bsr_add(&w->A, w->A.row_adr[i], om_mat3_scale(w->h * w->h, w->extra_K[i]));
     }
     om__points_apply(s, w);
+    return om__ties_apply(s, w);
 }
 
 // Penalties on moving vertices make the right-hand side large, and any residual of the tissue is small relative to it.
 // With added forces the tolerance is therefore relative to the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
     double sum = w->h * w->h * w->force_scale * w->force_scale;
-    if (w->reference > 0 || w->nextra + w->npoint == 0) return w->reference;
+    if (w->reference > 0 || w->nextra + w->npoint + w->ntie == 0) return w->reference;
     for (int i = 0; i < w->nvert; ++i)
         if (!w->key[i]) sum += om_norm2(om_load3(w->b, i));
     return sqrt(sum);
@@ -219,7 +224,7 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
                               OmTissueReport* report) {
     (void)m;
     OM_CHECK(w->h > 0, OM_INVALID, "tissue: om_tissue_begin_step must come first");
-    add_extra(s, w);
+    OM_TRY(add_extra(s, w));
     OM_TRY(refresh_solver(w));
     om_solver_set_reference(w->solver, reference_norm(w));
     OmSolveInfo info = {0};
