@@ -146,9 +146,9 @@ struct OmTissueWork {
     OmTissuePoint* point;     //                                                    (max_point)
     int nundo;                // blocks of A changed by forces on points
     OmTissueUndo* undo;       //                                                    (max_point x 16)
-    int ntie, max_tie;   // forces between places, tissue_tie.c
-    OmTissueTie* tie;    //                                                        (max_tie)
-    OmTies* ties;        // their matrix; null before the first tie
+    int ntie, max_tie;        // forces between places, tissue_tie.c
+    OmTissueTie* tie;         //                                                        (max_tie)
+    OmTies* ties;             // their matrix; null before the first tie
     OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
     bool is_static;           // statics: no inertia, h is 1
     double force_scale;       // N, added to b where residuals are scaled

@@ -20,15 +20,13 @@ static void pair_init(Pair* t, double stiffness, int nrhs) {
     Elastic el = elastic_tissue();
     OmTetMesh box, *mesh = &t->p.mesh;
     *t = (Pair){0};
-    assert_ok(
-        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.12, 0.06, 0.005), NX, NY, 1, &box));
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.12, 0.06, 0.005), NX, NY, 1, &box));
     int n = box.nvert, ntet = box.ntet;
     *mesh = (OmTetMesh){.nvert = 2 * n, .ntet = 2 * ntet};
     mesh->x = om_calloc(6 * (size_t)n, sizeof(double));
     mesh->tet_vert = om_calloc(8 * (size_t)ntet, sizeof(int));
     for (int i = 0; i < 2 * n; ++i)
-        om_store3(mesh->x, i,
-                  om_add(om_load3(box.x, i % n), om_vec3(0, 0, i < n ? 0 : 0.0052)));
+        om_store3(mesh->x, i, om_add(om_load3(box.x, i % n), om_vec3(0, 0, i < n ? 0 : 0.0052)));
     for (int k = 0; k < 8 * ntet; ++k)
         mesh->tet_vert[k] = box.tet_vert[k % (4 * ntet)] + (k < 4 * ntet ? 0 : n);
     assert_ok(om_bsr_create(mesh->nvert, mesh->ntet, 4, mesh->tet_vert, &t->p.A));
@@ -41,8 +39,7 @@ static void pair_init(Pair* t, double stiffness, int nrhs) {
     OmRng rng = om_rng_init(7, 0);
     for (size_t k = 0; k < t->p.n; ++k)
         t->p.fixed[k] = (int)(k / 3) < n && om_load3(mesh->x, (int)(k / 3)).x < 1e-9;
-    for (size_t k = 0; k < t->p.n * (size_t)nrhs; ++k)
-        t->p.b[k] = om_rng_range(&rng, -1, 1) * 1e-5;
+    for (size_t k = 0; k < t->p.n * (size_t)nrhs; ++k) t->p.b[k] = om_rng_range(&rng, -1, 1) * 1e-5;
 
     // a vertex of the upper box's bottom against a triangle of the lower box's top, moved by a random amount
     int vert[NTIE][4], *elem = om_alloc((size_t)(2 * ntet + NTIE) * 4, sizeof(int));
@@ -55,8 +52,8 @@ static void pair_init(Pair* t, double stiffness, int nrhs) {
         double b = om_rng_range(&rng, 0.05, 0.45), c = om_rng_range(&rng, 0.05, 0.45);
         const int corner[4] = {n + i + row * j, v, v + 1, v + row};
         const double w[4] = {1, -b, -c, b + c - 1};
-        OmVec3 dir = om_normalize(
-            om_vec3(om_rng_range(&rng, -0.3, 0.3), om_rng_range(&rng, -0.3, 0.3), 1));
+        OmVec3 dir =
+            om_normalize(om_vec3(om_rng_range(&rng, -0.3, 0.3), om_rng_range(&rng, -0.3, 0.3), 1));
         memcpy(vert[k], corner, sizeof corner);
         memcpy(weight[k], w, sizeof w);
         double own = (double)t->p.A.value[9 * (size_t)t->p.A.row_adr[corner[0]]];
@@ -122,7 +119,8 @@ static void solutions_are_those_of_factors(void** state) {
             assert_ok(om_solver_refresh(S, &t.p.A));
             memset(t.p.x, 0, t.p.n * (size_t)nrhs * sizeof *t.p.x);
             assert_ok(om_solver_solve(S, &t.p.A, nrhs, t.p.b, t.p.x, &info));
-            assert_below(max_difference(t.p.x, exact, t.p.n * (size_t)nrhs), 1e-4);  // blocks are rounded apart
+            assert_below(max_difference(t.p.x, exact, t.p.n * (size_t)nrhs),
+                         1e-4);  // blocks are rounded apart
             om_solver_destroy(S);
         }
         om_free(exact);
