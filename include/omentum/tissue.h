@@ -278,8 +278,8 @@ OM_API OmStatus om_tissue_reserve_points(OmTissueWork* work, int npoint);
 OM_API OmStatus om_tissue_add_point_force(OmTissueWork* work, const int vert[4],
                                           const double weight[4], OmVec3 f, OmMat3 K);
 /// Add a force between places of the tissue, which need share no element: with p = sum weight[a] x[vert[a]], vertex
-/// vert[a] feels weight[a] (f - K (p_end - p_begin)). Weights that sum to zero make an internal force, such as contact of
-/// tissue with itself. Cleared with the forces on vertices.
+/// vert[a] feels weight[a] (f - K (p_end - p_begin)). Weights that sum to zero make an internal force, such as contact
+/// of tissue with itself. Cleared with the forces on vertices.
 /// @param K  symmetric positive semidefinite, N/m
 /// @return OM_OK; OM_INVALID (a vertex out of range); OM_NO_MEMORY
 OM_API OmStatus om_tissue_add_tie(OmTissueWork* work, const int vert[4], const double weight[4],
