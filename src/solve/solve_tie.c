@@ -5,8 +5,8 @@
 // any number of workers. On a coarse level a tie is the same K with the weights P^T w: coarse matrices see contact as
 // the fine one does. Without them a correction moved both sides of a contact apart or into each other.
 //
-// The smoother needs an upper bound of the eigenvalues of D^-1 A. With n vertices x.T x <= n sum w_a^2 x_a.K x_a for one
-// tie T, so D takes n / bound times the diagonal of each tie where n is above the bound of its level.
+// The smoother needs an upper bound of the eigenvalues of D^-1 A. With n vertices x.T x <= n sum w_a^2 x_a.K x_a for
+// one tie T, so D takes n / bound times the diagonal of each tie where n is above the bound of its level.
 #include <math.h>
 #include <string.h>
 
