@@ -107,6 +107,7 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
     loop->has_grasped = true;
     state->is_closed = true;
     state->grasp_tip = state->tip;
+    state->fold = OM_PLAN_PULL;
     state->is_max_force = state->is_at_top = false;
     const double wait = om__cloud_draw_time(loop, a->plan.arm);
     return wait > 0 ? begin_wait(loop, wait, next) : OM_OK;
@@ -158,13 +159,28 @@ void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb
     if (distance >= 1e-3) *direction = om_scale(1 / distance, to_roi);
 }
 
+// Tissue that a fold has carried away is no longer between its grasp and the ROI: the other fold would stretch it. So
+// the other fold begins where the first one of this grasp began, as in the plan before and the search.
+static bool must_go_back(const OmLoop* loop, const ArmState* state) {
+    return loop->ncontinued == 0 && state->fold != OM_PLAN_PULL &&
+           state->fold != loop->action.plan.verb;
+}
+
 // Move by the nominal length, or as far as the arm reaches; then by further steps while each gains visibility.
 static OmStatus step_fold(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
-    const ArmState* state = &loop->arm[a->plan.arm];
+    ArmState* state = &loop->arm[a->plan.arm];
     *next = NEXT_ACTION;
+    if (a->step == 0 && must_go_back(loop, state)) {
+        state->fold = a->plan.verb;
+        return begin_motion(loop, state->fold_tip, true, next);
+    }
+    if (a->step == 0 && (a->outcome == OM_ACTION_EXPOSED || a->outcome == OM_ACTION_FORCE))
+        return OM_OK;  // on the way back
     if (a->step == 0) {
         a->step = 1;
+        if (state->fold == OM_PLAN_PULL) state->fold_tip = state->tip;
+        state->fold = a->plan.verb;
         a->tip = state->tip;
         om__fold_path(&loop->grid, loop->task.retract, a->tip, a->plan.verb, &a->direction,
                       &a->length);

@@ -59,6 +59,8 @@ typedef struct ArmState {
     int at;                            // block that the arm was moved to, -1
     int in_hand;                       // block held, -1
     OmVec3 grasp_tip;                  // task frame, where the jaw closed
+    OmVec3 fold_tip;                   // task frame, where the first fold of this grasp began
+    OmPlanVerb fold;                   // the last fold of this grasp; OM_PLAN_PULL: there was none
     OmVec3 tip;                        // task frame, measured
     OmQuat q;                          // world frame, measured: motions keep it
     OmQuat q_straight;                 // from which the wrist was turned (defras_wrist.c)

@@ -1,7 +1,7 @@
 // defras_search.c: can any grasp expose the ROI? Every sequence of the planner's motions, tried on the truth.
 //
 // For every grasping point that is not above an attachment, from rest: a lift to the height limit or the force limit;
-// from there the fold away from the camera, the fold towards the ROI, and each fold followed by the other one. These
+// from there the fold away from the camera, the fold towards the ROI, and after each fold the other one. These
 // are all sequences of actions that the planner has for one grasp (asp/tissue_retraction.lp). A lift is made of pulls
 // and ends with the first pull that exposes the ROI, so that the fewest actions are known. Trials use the truth alone,
 // without noise and without tools in the picture, and compare its own force with the threshold. If the search exposes
@@ -74,7 +74,7 @@ static OmStatus try_folds(Search* s, int block, int npull, const TrialResult* li
         OM_TRY_DONE(om__trial_fold(t, verb[k], s->force_limit, &c));
         keep(s, block, npull, verb[k], OM_PLAN_PULL, &c);
         if (c.visibility >= s->scene->task.visibility) continue;
-        OM_TRY_DONE(om__trial_fold(t, verb[1 - k], s->force_limit, &c));
+        OM_TRY_DONE(om__trial_second_fold(t, verb[1 - k], lift->tip, s->force_limit, &c));
         keep(s, block, npull, verb[k], verb[1 - k], &c);
     }
 done:
@@ -127,8 +127,10 @@ static OmStatus repeat_first(Search* s, int block, const Found* f) {
     OM_TRY(om__trial_grasp(t, block, &c, &nheld));
     for (int k = 0; k < f->npull; ++k)
         OM_TRY(om__trial_pull(t, k * s->scene->task.pull_step, s->force_limit, &c));
+    const OmVec3 lifted = c.tip;
     if (f->first != OM_PLAN_PULL) OM_TRY(om__trial_fold(t, f->first, s->force_limit, &c));
-    if (f->second != OM_PLAN_PULL) OM_TRY(om__trial_fold(t, f->second, s->force_limit, &c));
+    if (f->second != OM_PLAN_PULL)
+        OM_TRY(om__trial_second_fold(t, f->second, lifted, s->force_limit, &c));
     s->ndone = 2 + f->npull + (f->first != OM_PLAN_PULL) + (f->second != OM_PLAN_PULL);
     return OM_OK;
 }

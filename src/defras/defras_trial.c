@@ -153,3 +153,11 @@ OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, TrialResu
     } while (now >= before + FOLD_GAIN);
     return move(t, direction, 0, REST_TIME, force_limit, c);
 }
+
+OmStatus om__trial_second_fold(Trial* t, OmPlanVerb verb, OmVec3 lifted, double force_limit,
+                               TrialResult* c) {
+    OmVec3 way = om_quat_rotate(om_quat_conj(t->grid.task.q), om_sub(lifted, c->tip));
+    double length = om_norm(way);
+    if (length > 0) OM_TRY(move(t, om_scale(1 / length, way), length, 0, INFINITY, c));
+    return om__trial_fold(t, verb, force_limit, c);
+}

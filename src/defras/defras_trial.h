@@ -47,6 +47,10 @@ OmStatus om__trial_grasp_at(Trial* trial, OmVec3 tip, TrialResult* course, int* 
 OmStatus om__trial_lift(Trial* trial, double force_limit, TrialResult* course);
 OmStatus om__trial_pull(Trial* trial, double height, double force_limit, TrialResult* course);
 OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, TrialResult* course);
+// The same fold after another one that began at `lifted`, world frame: first back to there, on the way it came, without
+// a limit.
+OmStatus om__trial_second_fold(Trial* trial, OmPlanVerb verb, OmVec3 lifted, double force_limit,
+                               TrialResult* course);
 // Repeat a motion; `force` receives the pull at every step of the trace, N.
 OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);
 

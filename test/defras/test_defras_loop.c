@@ -340,6 +340,33 @@ static void test_slower_before_a_stop(void** state) {
     om_retract_result_done(&r);
 }
 
+// The second fold of a grasp begins where the first one began, which did not expose the ROI and led elsewhere.
+static void test_a_second_fold(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.attach.lo.x = 0.04;
+    scene.roi.center = om_vec3(0.05, 0, 0);  // never seen
+    Rig g;
+    rig_create(&g, scene);
+    OmLoop* loop = make_loop(&g, NULL);
+    OmVec3 begin[2] = {{0}}, end = {0};
+    OmPlanVerb verb[2] = {OM_PLAN_PULL, OM_PLAN_PULL};
+    for (int n = 0; n < 2;) {
+        assert_true(om_loop_phase(loop) != OM_LOOP_ENDED);
+        assert_ok(om_loop_tick(loop));
+        const Action* a = &loop->action;
+        const bool is_fold = a->plan.verb == OM_PLAN_MOVE_AWAY || a->plan.verb == OM_PLAN_MOVE_ROI;
+        if (n == 1 && a->plan.verb == verb[0]) end = loop->arm[a->plan.arm].tip;
+        if (!is_fold || a->step == 0 || (n == 1 && a->plan.verb == verb[0])) continue;
+        verb[n] = a->plan.verb;
+        begin[n++] = a->tip;
+    }
+    assert_true(om_distance(end, begin[0]) > 0.02);
+    assert_true(om_distance(begin[1], begin[0]) < 1.5e-3);  // noise of the tip, and a step
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // A pull rises by one step, in the time that the speed takes.
 static void test_pulls_are_steps(void** state) {
     (void)state;
@@ -524,6 +551,7 @@ int main(void) {
         cmocka_unit_test(test_slower_before_a_stop),
         cmocka_unit_test(test_a_fold_above_the_limit),
         cmocka_unit_test(test_pulls_are_steps),
+        cmocka_unit_test(test_a_second_fold),
         cmocka_unit_test(test_run_json),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
