@@ -289,7 +289,7 @@ static void test_a_fold_above_the_limit(void** state) {
     rig_create(&g, scene);
     OmLoop* loop = make_loop(&g, NULL);
     const OmRetractResult* r = om_loop_result(loop);
-    while (om_loop_phase(loop) != OM_LOOP_ACT || loop->action.plan.verb != OM_PLAN_MOVE_AWAY) {
+    while (om_loop_phase(loop) != OM_LOOP_ACT || loop->action.plan.verb != OM_PLAN_MOVE_ROI) {
         assert_true(om_loop_phase(loop) != OM_LOOP_ENDED);
         assert_ok(om_loop_tick(loop));
     }
@@ -298,9 +298,9 @@ static void test_a_fold_above_the_limit(void** state) {
     assert_int_equal(loop->tried[block], 0);
     loop->task.force_threshold = 1e-3;
     while (r->naction == n) assert_ok(om_loop_tick(loop));
-    assert_int_equal(r->action[n].verb, OM_PLAN_MOVE_AWAY);
+    assert_int_equal(r->action[n].verb, OM_PLAN_MOVE_ROI);
     assert_int_equal(r->action[n].outcome, OM_ACTION_FORCE);
-    assert_int_equal(loop->tried[block], OM_TRIED_MOVE_AWAY | OM_TRIED_GRASP);
+    assert_int_equal(loop->tried[block], OM_TRIED_MOVE_ROI | OM_TRIED_GRASP);
     assert_true(loop->is_exhausted[block]);
     om_loop_destroy(loop);
     rig_destroy(&g);

@@ -108,7 +108,7 @@ static void test_fold_after_a_force_stop(void** state) {
     while (i < r.naction && r.action[i].outcome != OM_ACTION_FORCE) ++i;
     assert_true(i + 1 < r.naction);
     assert_int_equal(r.action[i].verb, OM_PLAN_PULL);
-    assert_int_equal(r.action[i + 1].verb, OM_PLAN_MOVE_AWAY);
+    assert_int_equal(r.action[i + 1].verb, OM_PLAN_MOVE_ROI);
     assert_int_equal(r.action[i + 1].block, r.action[i].block);
     for (int k = 0; k < r.nsample; ++k) {  // eased when the next action begins
         bool is_then = fabs(r.sample[k].time - r.action[i + 1].begin) < 0.5 * OM_RETRACT_SAMPLE;
