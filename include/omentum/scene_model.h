@@ -75,6 +75,10 @@ typedef struct OmAttachDef {
 
 typedef struct OmSheetDef {
     double thickness;  // m; default 0: no sheet, the organ itself is the tissue
+    // Keep the edge of the mesh though the sheet is hardly thicker: its level is shifted until the mesh has the sheet's
+    // volume (OmModelReport.level_shift), and the fit tells what is lost. Default false: finer edges where they are
+    // needed, at thicknesses below 1.4 edges 3 times the elements.
+    bool keep_edge;
     double bridge;     // hollows of the organ narrower than twice this are bridged, m; default 0.02
     double gap;        // between organ and sheet, m; default 0
     char side[64];     // the covered side, om_model_direction's words; default "anterior"
@@ -168,18 +172,19 @@ typedef struct OmModelReport {
     double filled;                    // m^3, of holes that were filled
     double mask_volume;               // of the cleaned mask, m^3; 0 if the input is no volume
     double mesh_volume;               // of the organ's tetrahedral mesh, m^3
-    // How the mesh represents the cleaned label, or the surface of the file. has_loss: a place deeper than a third of
-    // an edge is missing or added, or parts differ; handles or cavities that differ without such a place are a
-    // warning. Not of a sheet, nor of a mesh whose elements are used.
+    // How the mesh represents the cleaned label, the surface of the file, or the sheet. has_loss: a place deeper than a
+    // third of an edge is missing or added, or parts differ; handles or cavities that differ without such a place are
+    // a warning. Not of a mesh whose elements are used.
     OmShapeFit fit;
-    bool has_fit, has_loss;
+    bool has_fit, has_loss, fit_is_of_sheet;
     double surface_volume;  // of the organ's marching-cubes surface, m^3
     double volume_error;    // |mesh - mask| / mask
     // distance of the mesh's boundary to the level set, m; with a fit, those of fit.to_solid
     double surface_error_mean, surface_error_max;
     // Mean distance of the level set to the faces of the voxels, in voxels.
     double surface_error_voxel;
-    // of the level set towards the right volume, m; at most a tenth of a voxel, but for a sheet
+    // of the level set towards the right volume, m; at most a tenth of a voxel, but with OmSheetDef.keep_edge. Of a
+    // sheet it moves top and rims.
     double level_shift;
     double edge;  // mean edge asked of the mesher in the end, m
     int npart_mask, npart_kept;

@@ -21,7 +21,8 @@ def sheet():
 @pytest.fixture(scope="module")
 def patient(ellipsoid, is_slow):
     """A sheet on an organ."""
-    return om.build_patient(ellipsoid, edge=0.006 if is_slow else 0.012, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %", has_bending_test=False)
+    return om.build_patient(ellipsoid, edge=0.006 if is_slow else 0.012, label=1, sheet={"thickness": 0.006, "keep_edge": True},
+                            attach="border:left 25 %", allow_loss=True, has_bending_test=False)
 
 
 # ---- scenes and bodies ----

@@ -383,8 +383,12 @@ static void print_gap(const char* name, const OmSurfaceGap* gap) {
 
 static void print_fit(const OmModelReport* r) {
     const OmTopology* m = &r->fit.mesh;
-    print_gap("from the surface of the input to the mesh", &r->fit.to_mesh);
-    print_gap("from the surface of the mesh to the input", &r->fit.to_solid);
+    const char* of = r->fit_is_of_sheet ? "sheet" : "input";
+    char name[64];
+    snprintf(name, sizeof name, "from the surface of the %s to the mesh", of);
+    print_gap(name, &r->fit.to_mesh);
+    snprintf(name, sizeof name, "from the surface of the mesh to the %s", of);
+    print_gap(name, &r->fit.to_solid);
     om_cli_figure("label_to_mesh_95_mm", r->fit.to_mesh.p95 * 1e3);
     om_cli_figure("label_to_mesh_largest_mm", r->fit.to_mesh.max * 1e3);
     om_cli_figure("mesh_to_label_95_mm", r->fit.to_solid.p95 * 1e3);
@@ -392,9 +396,9 @@ static void print_fit(const OmModelReport* r) {
     om_cli_figure("missing_ml", r->fit.lost * 1e6);
     om_cli_figure("too_much_ml", r->fit.added * 1e6);
     if (om_topology_is_equal(&r->fit.solid, m))
-        printf("%d part%s, %d handle%s, %d cavit%s, as the input\n", m->npart,
+        printf("%d part%s, %d handle%s, %d cavit%s, as the %s\n", m->npart,
                m->npart == 1 ? "" : "s", m->nhandle, m->nhandle == 1 ? "" : "s", m->ncavity,
-               m->ncavity == 1 ? "y" : "ies");
+               m->ncavity == 1 ? "y" : "ies", of);
 }
 
 static void print_summary(const OmPatient* p, const OmModelReport* r, const char* dir) {

@@ -2,8 +2,9 @@
 //
 //   read -> select -> clean -> distance field -> surface, mesh (or sheet) -> materials -> report
 //
-// A mesh of a label is judged in both directions (scene_model_fit.c). A sheet is made, not given: its mesh is
-// inscribed, so its level is shifted by a fraction of an edge until the mesh has the volume of the sheet.
+// A mesh of a label, of a surface or of a sheet is judged in both directions (scene_model_fit.c). A lattice whose edges
+// are about as long as a sheet is thick loses half of it; where such edges are to be kept, the level is shifted until the
+// mesh has the sheet's volume, and a warning says how far.
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
@@ -182,23 +183,24 @@ OmStatus om__boundary_area(const OmTetMesh* mesh, double* area) {
 }
 
 // Mesh with one edge length; *error is the remaining volume error.
-static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgress* progress,
-                             OmTetMesh* mesh, double* level, double* error) {
+static OmStatus mesh_at_edge(const OmMeshTask* task, double volume, double edge,
+                             const OmProgress* progress, OmTetMesh* mesh, double* level,
+                             double* error) {
     OmStuffDef def = om_stuff_default_def(edge, task->fn, task->ctx, task->lo, task->hi);
     def.nworker = task->nworker;
     *level = 0;
     for (int it = 0;; it++) {
         double area;
         def.level = *level;
-        if (task->level) *task->level = *level;
+        *task->level = *level;
         OM_TRY(om_progress_report(progress, "meshing", it, MAX_SHIFT));
         OM_TRY(om_tet_mesh_stuff(&def, mesh));
         OmStatus status = om_tet_mesh_keep_parts(mesh, 0, NULL, NULL);
-        double volume = om_tet_mesh_volume(mesh);
-        *error = task->volume > 0 ? fabs(volume / task->volume - 1) : 0;
+        const double missing = volume - om_tet_mesh_volume(mesh);
+        *error = fabs(missing / volume);  // volume > 0
         if (status == OM_OK && *error > VOLUME_GOAL && it < MAX_SHIFT) {
             status = om__boundary_area(mesh, &area);
-            double step = area > 0 ? (task->volume - volume) / area : 0;
+            double step = area > 0 ? missing / area : 0;
             double next = fmax(-0.5 * edge, fmin(0.5 * edge, *level + step));
             if (status == OM_OK && fabs(next - *level) > 1e-6 * edge) {
                 *level = next;
@@ -225,16 +227,15 @@ OmStatus om__model_check_size(double volume, double edge) {
     return OM_OK;
 }
 
-OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
-                              OmModelReport* report) {
+OmStatus om__mesh_with_volume(const OmMeshTask* task, double volume, const OmProgress* progress,
+                              OmTetMesh* mesh, OmModelReport* report) {
     double edge = task->edge, best = HUGE_VAL;
-    OmStatus last = om__model_check_size(task->volume, edge);
+    OmStatus last = OM_OK;
     memset(mesh, 0, sizeof *mesh);
-    OM_TRY(last);
     for (int step = 0; step <= (task->refine ? MAX_REFINE : 0); step++, edge *= 0.8) {
         OmTetMesh trial;
         double level = 0, error = 0;
-        last = mesh_at_edge(task, edge, progress, &trial, &level, &error);
+        last = mesh_at_edge(task, volume, edge, progress, &trial, &level, &error);
         // parts thinner than this edge were lost: the next edge may represent them
         if (last == OM_INVALID) continue;
         if (last < 0) break;
@@ -258,11 +259,16 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
         om__model_warn(report, "parts are thinner than the edge of %.3g mm: meshed with %.3g mm",
                        task->edge * 1e3, report->edge * 1e3);
     }
+    if (report->level_shift > 0.1 * task->voxel) {
+        om__model_warn(report,
+                       "its top and rims lie up to %.2g mm outside of the sheet, so that the mesh "
+                       "has its volume",
+                       report->level_shift * 1e3);
+    }
     if (best > VOLUME_LIMIT) {
         om__model_warn(report, "the mesh's volume is %.1f %% off: use edges below %.3g mm",
                        best * 100, report->edge * 1e3);
     }
-    report->mesh_volume = om_tet_mesh_volume(mesh);
     return OM_OK;
 }
 
@@ -400,9 +406,11 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         OM_TRY_DONE(om__sheet_build(def, &body, progress, patient, report));
     } else {
         OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
-        OM_TRY_DONE(refuse_loss(def, report));
-        OM_TRY_DONE(om_progress_report(progress, "surface error", 0, 1));
-        OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
+    }
+    OM_TRY_DONE(refuse_loss(def, report));
+    OM_TRY_DONE(om_progress_report(progress, "surface error", 0, 1));
+    OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
+    if (!is_sheet) {
         om_surface_done(&patient->organ);  // it is the tissue itself, not the organ below it
         if (def->over.nlabel > 0)
             OM_TRY_DONE(om__over_build(def, volume, progress, patient, report));

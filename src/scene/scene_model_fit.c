@@ -19,6 +19,7 @@
 #define MAX_HALVING 2      // of the step of a surface's field
 #define SHIFT 0.1          // voxels
 #define FINER 0.63         // of the edge at wrong voxels, from trial to trial
+#define LEFT_OUT 8         // voxels: larger pieces of a sheet that are left out are noted
 #define FINEST 0.15        // voxels: the smallest edge
 #define TOLERANCE 0.33     // edges: depth from which a wrong voxel counts
 #define VOLUME_GOAL 0.001  // relative error at which shifts end
@@ -33,6 +34,7 @@ typedef struct Trial {  // of one part of the solid
     OmSurface solid;
     double voxel;   // m
     double volume;  // of the voxels, m^3
+    double* level;  // of a sheet: where its function reads the level
     OmStuffDef stuff;
     OmMaskField* field;
     double *fine, *fine_edge;  // for stuff
@@ -46,9 +48,9 @@ static void trial_done(Trial* t) {
     om_free(t->fine_edge);
 }
 
-// The nodes of a distance field as voxels. Nodes on the surface become outside, and so do parts of fewer than LEAST
-// nodes: they come from a surface that crosses itself, or whose corner is a node.
-static OmStatus take_nodes(OmSdf* sdf, OmMask* mask) {
+// The nodes of a distance field as voxels. Nodes on the surface become outside, and so do parts of fewer than `smallest`
+// nodes: they come from a surface that crosses itself, or whose corner is a node; smallest 0: all but the largest.
+static OmStatus take_nodes(OmSdf* sdf, int smallest, OmMask* mask) {
     const int* dim = sdf->grid.dim;
     OM_TRY(om_mask_init(mask, dim[0], dim[1], dim[2]));
     const double h = sdf->grid.spacing;
@@ -61,7 +63,7 @@ static OmStatus take_nodes(OmSdf* sdf, OmMask* mask) {
         mask->inside[i] = sdf->d[i] < 0;
     }
     const int64_t num = om_mask_count(mask);
-    if (num > 0) OM_TRY(om_mask_keep_parts(mask, 6, (double)LEAST / (double)num, NULL, NULL));
+    if (num > 0) OM_TRY(om_mask_keep_parts(mask, 6, (double)smallest / (double)num, NULL, NULL));
     for (size_t i = 0; i < n; i++)
         if (sdf->d[i] < 0 && !mask->inside[i]) sdf->d[i] = least;
     return OM_OK;
@@ -86,10 +88,10 @@ static OmStatus trial_init(const OmModelDef* def, OmBody* body, int rank, Trial*
     t->stuff.nworker = def->nworker;
     t->has_field = body->has_volume;
     if (!t->has_field) {
-        OM_TRY(take_nodes(&body->sdf, &t->mask));
         t->voxel = body->sdf.grid.spacing;
         t->volume = body->volume_ref;
         om_sdf_bounds(&body->sdf, &t->stuff.lo, &t->stuff.hi);
+        OM_TRY(take_nodes(&body->sdf, LEAST, &t->mask));
         return om_surface_from_sdf(&body->sdf, 0, &t->solid);
     }
     const OmMask* m = &body->mask;
@@ -161,9 +163,14 @@ static double badness(const OmShapeFit* fit, double volume) {
 
 // A mesh and its fit. OM_INVALID: nothing is inside, or it has too many elements.
 static OmStatus try_mesh(const Trial* t, OmTetMesh* mesh, OmShapeFit* fit, OmShapeWrong* wrong) {
+    if (t->level) *t->level = t->stuff.level;
     OM_TRY(om_tet_mesh_stuff(&t->stuff, mesh));
-    return om_shape_fit_measure(&t->mask, &t->solid, mesh, TOLERANCE * t->def->edge,
-                                t->def->nworker, fit, wrong);
+    OmStatus status = t->level ? om_tet_mesh_keep_parts(mesh, 0, NULL, NULL) : OM_OK;
+    if (status == OM_OK)
+        status = om_shape_fit_measure(&t->mask, &t->solid, mesh, TOLERANCE * t->def->edge,
+                                      t->def->nworker, fit, wrong);
+    if (status < 0) om_tet_mesh_done(mesh);
+    return status;
 }
 
 typedef struct Best {  // of the trials
@@ -392,6 +399,69 @@ static OmStatus halve_field(OmBody* body) {
     return OM_OK;
 }
 
+// What the fit of a report says.
+static void judge(OmModelReport* report) {
+    const OmShapeFit* fit = &report->fit;
+    const char* what = om__model_fit_name(report);
+    report->has_fit = true;
+    report->has_loss = fit->nloss > 0 || fit->solid.npart != fit->mesh.npart;
+    if (!report->has_loss && !is_faithful(fit))
+        om__model_warn(
+            report,
+            "no place of the %s is lost, but the mesh has %d handles and %d cavities, the %s %d and %d",
+            what, fit->mesh.nhandle, fit->mesh.ncavity, what, fit->solid.nhandle,
+            fit->solid.ncavity);
+}
+
+static int64_t count_inside(const OmSdf* sdf) {
+    const size_t n = om_grid_count(sdf->grid.dim);
+    int64_t count = 0;
+    for (size_t i = 0; i < n; i++) count += sdf->d[i] < 0;
+    return count;
+}
+
+OmStatus om__mesh_sheet(const OmModelDef* def, const OmMeshTask* task, const OmProgress* progress,
+                        OmPatient* patient, OmModelReport* report) {
+    OmStatus status = OM_OK;
+    Trial t = {.def = def, .level = task->level, .voxel = task->voxel};
+    Best best = {0};
+    report->fit_is_of_sheet = true;
+    t.stuff = om_stuff_default_def(def->edge, task->fn, task->ctx, task->lo, task->hi);
+    t.stuff.nworker = def->nworker;
+    const int64_t nall = count_inside(task->field);
+    OM_TRY_DONE(take_nodes(task->field, 0, &t.mask));
+    const double h = task->field->grid.spacing;
+    const double left = h * h * h * (double)(nall - om_mask_count(&t.mask));
+    if (left > LEFT_OUT * t.voxel * t.voxel * t.voxel)
+        om__model_note(report, "%.3g mL of the sheet do not hang together with it and are left out",
+                       left * 1e6);
+    OM_TRY_DONE(om_surface_from_sdf(task->field, 0, &t.solid));
+    t.volume = om_surface_volume(&t.solid);
+    OM_CHECK_DONE(t.volume > 0, OM_INVALID,
+                  "the sheet is thinner than a third of an edge of %.3g mm", def->edge * 1e3);
+    OM_TRY_DONE(om__model_check_size(t.volume, def->edge));
+    if (def->sheet.keep_edge) {
+        OM_TRY_DONE(om__mesh_with_volume(task, t.volume, progress, &patient->mesh, report));
+        OM_TRY_DONE(om_shape_fit_measure(&t.mask, &t.solid, &patient->mesh, TOLERANCE * def->edge,
+                                         def->nworker, &report->fit, NULL));
+    } else {
+        OM_TRY_DONE(mesh_part(&t, progress, &best));
+        patient->mesh = best.mesh;
+        memset(&best.mesh, 0, sizeof best.mesh);
+        report->edge = best.edge;
+        report->level_shift = best.level;
+        report->fit = best.fit;
+    }
+    judge(report);
+    report->mesh_volume = om_tet_mesh_volume(&patient->mesh);
+    report->volume_error = fabs(report->mesh_volume / t.volume - 1);
+    OM_TRY_DONE(find_gaps(&t.solid, TOLERANCE * def->edge, patient));
+done:
+    trial_done(&t);
+    om_tet_mesh_done(&best.mesh);
+    return status;
+}
+
 OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* progress,
                         OmPatient* patient, OmModelReport* report) {
     OmStatus status = OM_OK;
@@ -421,18 +491,15 @@ OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* p
             depth * 1e3, where.x * 1e3, where.y * 1e3, where.z * 1e3);
     else if (depth > def->edge && report->fit.nloss == 0)  // its volume is not known
         report->fit.loss[report->fit.nloss++] = (OmShapeLoss){.where = where, .depth = depth};
-    report->has_fit = true;
-    const OmShapeFit* fit = &report->fit;
-    report->has_loss = fit->nloss > 0 || fit->solid.npart != fit->mesh.npart;
-    if (!report->has_loss && !is_faithful(fit))
-        om__model_warn(
-            report,
-            "no place of the label is lost, but the mesh has %d handles and %d cavities, the label %d and %d",
-            fit->mesh.nhandle, fit->mesh.ncavity, fit->solid.nhandle, fit->solid.ncavity);
+    judge(report);
     return status;
 }
 
 // ---- in words --------------------------------------------------------------------------------------------
+
+const char* om__model_fit_name(const OmModelReport* report) {
+    return report->fit_is_of_sheet ? "sheet" : report->nvoxel > 0 ? "label" : "surface";
+}
 
 static void add_count(char* text, size_t size, const char* of, const char* what, int solid,
                       int mesh) {
@@ -444,7 +511,7 @@ void om_model_describe_loss(const OmModelReport* report, char* text, size_t size
     const OmShapeFit* f = &report->fit;
     if (size > 0) text[0] = 0;
     if (size == 0 || !report->has_loss) return;
-    const char* what = report->nvoxel > 0 ? "label" : "surface";
+    const char* what = om__model_fit_name(report);
     om__model_append(text, size, "the mesh is not the %s", what);
     for (int i = 0; i < f->nloss && i < 3; i++) {
         const OmShapeLoss* l = &f->loss[i];

@@ -41,20 +41,26 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
 // Label each element by the selected voxel nearest to its centroid.
 void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh);
 
-// Mesh {fn < 0} with the level shifted until it has `volume` (0: no shift); refine edges if the
-// definition allows it.
+// A sheet to mesh: where fn is negative, about the distance from its surface.
 typedef struct OmMeshTask {
-    OmShapeFn fn;
+    OmShapeFn fn;  // called from several threads
     void* ctx;
     OmVec3 lo, hi;
-    double volume;  // m^3
-    double edge;    // m
-    bool refine;
+    OmSdf* field;    // fn on the nodes of a grid finer than the edge; nodes on its surface become outside
+    double voxel;    // of the image that fn comes from, m
+    double* level;   // the level that is meshed, which fn may read; set between calls of fn
+    double edge;     // m
+    bool refine;     // edges may become shorter
     int nworker;
-    double* level;  // the level that fn subtracts; may be null
 } OmMeshTask;
-OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
-                              OmModelReport* report);
+// Mesh it with the level shifted until the mesh has a volume, m^3.
+OmStatus om__mesh_with_volume(const OmMeshTask* task, double volume, const OmProgress* progress,
+                              OmTetMesh* mesh, OmModelReport* report);
+// Mesh it as the solid of a body, or with its edge kept, and judge it by its field. Sets what om__mesh_solid sets.
+OmStatus om__mesh_sheet(const OmModelDef* def, const OmMeshTask* task, const OmProgress* progress,
+                        OmPatient* patient, OmModelReport* report);
+// "label", "surface" or "sheet": what the fit of a report compares the mesh with.
+const char* om__model_fit_name(const OmModelReport* report);
 // Mesh the solid of a body, finer where its parts are thinner than an edge, into patient->mesh, gap and missed; sets
 // fit, has_loss, edge, level_shift and volumes of the report.
 OmStatus om__mesh_solid(const OmModelDef* def, OmBody* body, const OmProgress* progress,

@@ -33,8 +33,10 @@ static void add_verdict(const OmModelReport* r, OmReport* page) {
     const double error = fmax(r->volume_error, fabs(r->label_error));
     bool is_good = error <= 0.02 && angle > 8 && !r->has_loss;
     char text[1280];
-    snprintf(text, sizeof text, "%sVolume %s 2 %%%s, smallest dihedral angle %s 8 degrees.",
-             r->has_fit && !r->has_loss ? "No part of the label is lost. " : "",
+    char whole[64] = "";
+    if (r->has_fit && !r->has_loss)
+        snprintf(whole, sizeof whole, "No part of the %s is lost. ", om__model_fit_name(r));
+    snprintf(text, sizeof text, "%sVolume %s 2 %%%s, smallest dihedral angle %s 8 degrees.", whole,
              error <= 0.02 ? "within" : "off by more than",
              r->label_volume > 0 ? " of the whole label" : "", angle > 8 ? "above" : "not above");
     if (r->has_loss) om_model_describe_loss(r, text, sizeof text);
@@ -82,14 +84,20 @@ static void add_gap(Table* t, const char* name[3], const OmSurfaceGap* gap) {
     add_row(t, name[2], gap->max * 1e3, "%.3f", "mm");
 }
 
-static void add_fit(Table* t, const OmShapeFit* fit) {
-    const char* to_mesh[3] = {"label's surface to the mesh, mean", "95 % are below", "largest"};
-    const char* to_solid[3] = {"mesh's surface to the label, mean", "95 % are below", "largest"};
+static void add_fit(Table* t, const OmModelReport* r) {
+    const OmShapeFit* fit = &r->fit;
+    char name[4][64];
+    const char* const format[4] = {"%s's surface to the mesh, mean",
+                                   "mesh's surface to the %s, mean", "handles of the %s",
+                                   "cavities of the %s"};
+    for (int i = 0; i < 4; i++) snprintf(name[i], sizeof name[i], format[i], om__model_fit_name(r));
+    const char* to_mesh[3] = {name[0], "95 % are below", "largest"};
+    const char* to_solid[3] = {name[1], "95 % are below", "largest"};
     add_gap(t, to_mesh, &fit->to_mesh);
     add_gap(t, to_solid, &fit->to_solid);
-    add_row(t, "handles of the label", fit->solid.nhandle, "%.0f", "");
+    add_row(t, name[2], fit->solid.nhandle, "%.0f", "");
     add_row(t, "handles of the mesh", fit->mesh.nhandle, "%.0f", "");
-    add_row(t, "cavities of the label", fit->solid.ncavity, "%.0f", "");
+    add_row(t, name[3], fit->solid.ncavity, "%.0f", "");
     add_row(t, "cavities of the mesh", fit->mesh.ncavity, "%.0f", "");
     add_row(t, "missing in the mesh", fit->lost * 1e6, "%.3f", "mL");
     add_row(t, "too much in the mesh", fit->added * 1e6, "%.3f", "mL");
@@ -110,7 +118,7 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     add_row(t, "mean edge", q->edge_mean * 1e3, "%.2f", "mm");
     add_row(t, "longest edge", q->edge_max * 1e3, "%.2f", "mm");
     if (r->has_fit) {
-        add_fit(t, &r->fit);
+        add_fit(t, r);
     } else {
         add_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "%.3f", "mm");
         add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");

@@ -160,9 +160,11 @@ static void add_topology(OmJson* j, const char* name, const OmTopology* topology
     om_json_close(j, '}');
 }
 
-static void add_fit(OmJson* j, const OmShapeFit* fit, bool has_loss) {
+static void add_fit(OmJson* j, const OmModelReport* r) {
+    const OmShapeFit* fit = &r->fit;
     om_json_open(j, "fit", '{');
-    om_json_bool(j, "has_loss", has_loss);
+    om_json_bool(j, "has_loss", r->has_loss);
+    om_json_string(j, "of", om__model_fit_name(r));  // in keys it is called "label"
     add_gap(j, "label_to_mesh", &fit->to_mesh);
     add_gap(j, "mesh_to_label", &fit->to_solid);
     add_topology(j, "label", &fit->solid);
@@ -224,7 +226,7 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_number(&j, "surface_error_max_mm", r->surface_error_max * 1e3);
     om_json_number(&j, "surface_error_voxel", r->surface_error_voxel);
     om_json_number(&j, "level_shift_mm", r->level_shift * 1e3);
-    if (r->has_fit) add_fit(&j, &r->fit, r->has_loss);
+    if (r->has_fit) add_fit(&j, r);
     om_json_integer(&j, "elements_through_thickness", r->quality.nlayer);
     om_json_number(&j, "bending_error_percent", 100 * r->bending_error);
     om_json_integer(&j, "parts_found", r->npart_mask);

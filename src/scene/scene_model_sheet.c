@@ -17,6 +17,8 @@
 
 #include "scene/scene_model_internal.h"
 
+#define COARSE 0.7  // edges per thickness, above which a lattice loses much of a sheet
+
 typedef struct Sheet {
     const OmModelDef* def;
     const OmSdf* base;  // base of the sheet: the closing of organ and tumour
@@ -27,7 +29,7 @@ typedef struct Sheet {
     OmVec3 centroid;       // of the organ
     double half[2];        // m, along u and v
     double corner;         // m
-    double level;          // level of the current mesh; it only moves the outer faces
+    double level;          // of the current mesh; it only moves top and rims
 } Sheet;
 
 typedef struct Bump {  // union of the organ and a dome on its surface
@@ -330,36 +332,26 @@ done:
 
 // ---- the whole sheet ------------------------------------------------------------------------------------------
 
-// Volume of the sheet's level set, from a fine contour.
-static OmStatus sheet_volume(Sheet* sheet, OmVec3 lo, OmVec3 hi, double* volume) {
+// The sheet is meshed where the organ's field is, and judged on a grid of a third of an edge.
+static OmStatus mesh_sheet(Sheet* sheet, const OmSdf* organ, const OmProgress* progress,
+                           OmPatient* patient, OmModelReport* report) {
+    const OmBody* body = sheet->body;
+    OmSdf fine;
     OmSdfDef def = om_sdf_default_def(sheet->def->edge / 3);
     def.is_raw = true;
-    OmSdf fine;
-    OmSurface s;
-    OM_TRY(om_sdf_from_function(sheet_fn, sheet, lo, hi, &def, &fine));
-    OmStatus status = om_surface_from_sdf(&fine, 0, &s);
+    OmMeshTask task = {.fn = sheet_fn,
+                       .ctx = sheet,
+                       .field = &fine,
+                       .voxel = body->has_volume ? body->voxel : body->sdf.grid.spacing,
+                       .level = &sheet->level,
+                       .edge = sheet->def->edge,
+                       .refine = sheet->def->refine,
+                       .nworker = sheet->def->nworker};
+    om_sdf_bounds(organ, &task.lo, &task.hi);
+    OM_TRY(om_sdf_from_function(sheet_fn, sheet, task.lo, task.hi, &def, &fine));
+    const OmStatus status = om__mesh_sheet(sheet->def, &task, progress, patient, report);
     om_sdf_done(&fine);
-    OM_TRY(status);
-    *volume = om_surface_volume(&s);
-    om_surface_done(&s);
-    return OM_OK;
-}
-
-static void sheet_surface_error(Sheet* sheet, const OmTetMesh* mesh, OmModelReport* report) {
-    static const char* const name[2] = {"underside", "top"};
-    double sum = 0;
-    int count = 0;
-    sheet->level = 0;
-    for (int f = 0; f < 2; f++) {
-        const OmMeshSet* set = om_tet_mesh_find_set(mesh, name[f]);
-        for (int i = 0; set && i < set->nvert; i++) {
-            double d = fabs(sheet_fn(sheet, om_load3(mesh->x, set->vert[i])));
-            report->surface_error_max = fmax(report->surface_error_max, d);
-            sum += d;
-            count++;
-        }
-    }
-    report->surface_error_mean = count ? sum / count : 0;
+    return status;
 }
 
 static OmStatus check_sheet(const OmModelDef* def, OmModelReport* report) {
@@ -376,9 +368,11 @@ static OmStatus check_sheet(const OmModelDef* def, OmModelReport* report) {
                  isfinite(s->corner) && isfinite(s->tumour_shift[0]) &&
                  isfinite(s->tumour_shift[1]),
              OM_INVALID, "sheet: a length is not finite");
-    if (s->thickness < 1.2 * def->edge) {
-        om__model_warn(report, "the sheet is %.3g mm thick, hardly more than an edge of %.3g mm",
-                       s->thickness * 1e3, def->edge * 1e3);
+    if (def->edge > COARSE * s->thickness) {
+        om__model_warn(report,
+                       "the sheet is %.3g mm thick, hardly more than an edge of %.3g mm: use edges "
+                       "below %.2g mm",
+                       s->thickness * 1e3, def->edge * 1e3, COARSE * s->thickness * 1e3);
     }
     return OM_OK;
 }
@@ -406,18 +400,9 @@ OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProg
         om__model_warn(report, "the tumour reaches beyond the sheet's outline");
     }
 
-    OmMeshTask task = {.fn = sheet_fn,
-                       .ctx = &sheet,
-                       .edge = def->edge,
-                       .refine = def->refine,
-                       .nworker = def->nworker,
-                       .level = &sheet.level};
-    om_sdf_bounds(&organ, &task.lo, &task.hi);
-    OM_TRY_DONE(sheet_volume(&sheet, task.lo, task.hi, &task.volume));
-    OM_TRY_DONE(om__mesh_with_volume(&task, progress, &patient->mesh, report));
+    OM_TRY_DONE(mesh_sheet(&sheet, &organ, progress, patient, report));
     bool is_left = body->centroid.x < body->center_image.x;
     OM_TRY_DONE(add_sets(&sheet, is_left, &patient->mesh));
-    sheet_surface_error(&sheet, &patient->mesh, report);
 done:
     om_sdf_done(&base);
     om_sdf_done(&organ);

@@ -153,6 +153,7 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
     def.label[def.nlabel++] = m->label;
     def.max_volume_size = (uint64_t)m->max_volume;
     def.sheet.thickness = m->thickness;
+    def.sheet.keep_edge = def.allow_loss = true;  // the scene's edges set the time of a run
     snprintf(def.sheet.side, sizeof def.sheet.side, "%s", m->side);
     def.sheet.half_length = m->half_length;
     def.sheet.half_width = m->half_width;

@@ -124,6 +124,7 @@ static void fat(double edge, bool at_rim, double expected, double bound) {
     def.unit = 2 * UNIT;
     def.nworker = 1;
     def.sheet.thickness = 0.008;
+    def.sheet.keep_edge = def.allow_loss = true;  // elements as long as the fat is thick
     def.sheet.half_length = def.sheet.half_width = 0.04;
     OmPatient p;
     assert_ok(om_model_build(&def, NULL, &p, NULL));

@@ -227,6 +227,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     def.sheet.bridge = 0.005;
     def.nworker = 1;
     def.refine = false;
+    def.allow_loss = true;  // of the coarse sheet
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_allocator_set(&failing);

@@ -10,9 +10,9 @@
 static double side_of(OmVec3 x) { return hypot(x.x, x.z); }  // from the axis towards the front
 
 // A cap of fat, 25 mm around the front of a ball of 40 mm, with a tumour of a height under its middle.
-static void make_cap(double height, double edge, OmPatient* p) {
+static void make_cap(double height, double edge, bool keep_edge, OmPatient* p,
+                     OmModelReport* report) {
     enum { N = 40 };
-    OmModelReport report;
     OmVolume v;
     assert_ok(om_volume_init(&v, N, N, N));
     v.grid.axis = om_mat3_scale(VOXEL, om_mat3_identity());
@@ -29,7 +29,9 @@ static void make_cap(double height, double edge, OmPatient* p) {
     def.sheet.tumour_radius = 12 * MM;
     def.sheet.tumour_height = height;
     def.sheet.nroi = 400;
-    assert_ok(om_model_build_volume(&def, &v, NULL, p, &report));
+    def.sheet.keep_edge = def.allow_loss = keep_edge;
+    def.has_bending_test = false;
+    assert_ok(om_model_build_volume(&def, &v, NULL, p, report));
     om_volume_done(&v);
 }
 
@@ -65,8 +67,21 @@ static double ball_radius(const OmSurface* organ) {
 static void test_cap(void** state) {
     (void)state;
     OmPatient p;
-    make_cap(0, test_is_slow() ? 5 * MM : 8 * MM, &p);
+    OmModelReport r;
+    const double edge = test_is_slow() ? 5 * MM : 7 * MM;
+    make_cap(0, edge, false, &p, &r);
     double R = ball_radius(&p.organ), farthest = 0;
+    // It is judged by distance, as a body, and its top is moved by a tenth of a voxel at most.
+    const OmShapeFit* f = &r.fit;
+    assert_true(r.has_fit && r.fit_is_of_sheet && !r.has_loss && p.gap != NULL);
+    assert_true(om_topology_is_equal(&f->solid, &f->mesh));
+    assert_below(fmax(f->to_mesh.p95, f->to_solid.p95), edge / 3);
+    assert_below(fmax(f->to_mesh.max, f->to_solid.max), edge);
+    assert_below(r.volume_error, 0.01);
+    assert_below(fabs(r.level_shift), 0.1 * VOXEL + 1e-12);
+    assert_null(strstr(r.warning, "outside of the sheet"));
+    const double thickness = mean_radius(&p.mesh, "top") - mean_radius(&p.mesh, "underside");
+    assert_near(thickness - r.level_shift, 8 * MM, 0.3 * MM);
     // The underside stands off by the gap, the top by the thickness more.
     assert_near(mean_radius(&p.mesh, "underside"), R + 2 * MM, 0.3 * VOXEL);
     assert_near(mean_radius(&p.mesh, "top"), R + 10 * MM, 0.3 * VOXEL);
@@ -83,11 +98,26 @@ static void test_cap(void** state) {
     om_patient_done(&p);
 }
 
+// With edges as long as it is thick, which are kept, its top lies too far out, and the report tells it.
+static void test_edges_are_kept(void** state) {
+    (void)state;
+    OmPatient p;
+    OmModelReport r;
+    make_cap(0, 8 * MM, true, &p, &r);
+    const double thickness = mean_radius(&p.mesh, "top") - mean_radius(&p.mesh, "underside");
+    assert_near(thickness - r.level_shift, 8 * MM, 0.3 * MM);
+    assert_true(r.level_shift > 0.1 * VOXEL && r.edge == 8 * MM);
+    assert_true(r.has_fit && r.fit_is_of_sheet);
+    assert_non_null(strstr(r.warning, "its top and rims lie up to 0.36 mm outside of the sheet"));
+    om_patient_done(&p);
+}
+
 // A dome of 4 mm on the ball; the ROI is all of it, seen from outside.
 static void test_dome(void** state) {
     (void)state;
     OmPatient p;
-    make_cap(4 * MM, 10 * MM, &p);
+    OmModelReport r;
+    make_cap(4 * MM, 10 * MM, true, &p, &r);
     double R = ball_radius(&p.organ), highest = 0, reach = 0;
     for (int i = 0; i < p.organ.nvert; ++i)
         highest = fmax(highest, om_norm(om_load3(p.organ.x, i)));
@@ -159,6 +189,7 @@ static void test_shifted_tumour(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cap),
+        cmocka_unit_test(test_edges_are_kept),
         cmocka_unit_test(test_dome),
         cmocka_unit_test(test_shifted_tumour),
     };
