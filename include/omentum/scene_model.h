@@ -79,9 +79,9 @@ typedef struct OmSheetDef {
     // volume (OmModelReport.level_shift), and the fit tells what is lost. Default false: finer edges where they are
     // needed, at thicknesses below 1.4 edges 3 times the elements.
     bool keep_edge;
-    double bridge;     // hollows of the organ narrower than twice this are bridged, m; default 0.02
-    double gap;        // between organ and sheet, m; default 0
-    char side[64];     // the covered side, om_model_direction's words; default "anterior"
+    double bridge;  // hollows of the organ narrower than twice this are bridged, m; default 0.02
+    double gap;     // between organ and sheet, m; default 0
+    char side[64];  // the covered side, om_model_direction's words; default "anterior"
     // Half of the extent along the organ's longest axis, m; 0 (default): 0.8 of the organ's.
     double half_length;
     double half_width;  // half-extent across it, m; default 0: 0.8 of the organ's

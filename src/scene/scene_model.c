@@ -3,8 +3,8 @@
 //   read -> select -> clean -> distance field -> surface, mesh (or sheet) -> materials -> report
 //
 // A mesh of a label, of a surface or of a sheet is judged in both directions (scene_model_fit.c). A lattice whose edges
-// are about as long as a sheet is thick loses half of it; where such edges are to be kept, the level is shifted until the
-// mesh has the sheet's volume, and a warning says how far.
+// are about as long as a sheet is thick loses half of it; where such edges are to be kept, the level is shifted until
+// the mesh has the sheet's volume, and a warning says how far.
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>

@@ -48,8 +48,8 @@ static void trial_done(Trial* t) {
     om_free(t->fine_edge);
 }
 
-// The nodes of a distance field as voxels. Nodes on the surface become outside, and so do parts of fewer than `smallest`
-// nodes: they come from a surface that crosses itself, or whose corner is a node; smallest 0: all but the largest.
+// The nodes of a distance field as voxels. Nodes on the surface become outside, and so do parts of fewer than
+// `smallest` nodes: they come from a surface that crosses itself, or whose corner is a node; 0: all but the largest.
 static OmStatus take_nodes(OmSdf* sdf, int smallest, OmMask* mask) {
     const int* dim = sdf->grid.dim;
     OM_TRY(om_mask_init(mask, dim[0], dim[1], dim[2]));

@@ -46,11 +46,12 @@ typedef struct OmMeshTask {
     OmShapeFn fn;  // called from several threads
     void* ctx;
     OmVec3 lo, hi;
-    OmSdf* field;    // fn on the nodes of a grid finer than the edge; nodes on its surface become outside
-    double voxel;    // of the image that fn comes from, m
-    double* level;   // the level that is meshed, which fn may read; set between calls of fn
-    double edge;     // m
-    bool refine;     // edges may become shorter
+    // fn on the nodes of a grid finer than the edge; nodes on its surface become outside
+    OmSdf* field;
+    double voxel;   // of the image that fn comes from, m
+    double* level;  // the level that is meshed, which fn may read; set between calls of fn
+    double edge;    // m
+    bool refine;    // edges may become shorter
     int nworker;
 } OmMeshTask;
 // Mesh it with the level shifted until the mesh has a volume, m^3.

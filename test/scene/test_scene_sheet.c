@@ -98,7 +98,7 @@ static void test_cap(void** state) {
     om_patient_done(&p);
 }
 
-// With edges as long as it is thick, which are kept, its top lies too far out, and the report tells it.
+// Edges as long as the sheet is thick are kept: the top lies too far out, and the report tells it.
 static void test_edges_are_kept(void** state) {
     (void)state;
     OmPatient p;
