@@ -7,10 +7,9 @@
 // Tissue in hand that the plan lets go is released first, and falls for FALL_TIME; attachments that are being adopted
 // arrive meanwhile. A plan that continues with tissue in hand is left alone.
 //
-// A point that exposes the ROI is repeated in a twin of half the modulus, from the same state: a layer of linear
-// elements is too stiff in bending, and a fold that needs this stiffness does not tip over in the world. A point that
-// is not confirmed counts as hidden while the program names further points, and exposes the ROI nevertheless if none of
-// them is confirmed.
+// A point that exposes the ROI is repeated in a twin of half the modulus, from the same state: a fold that needs the
+// stiffness of the twin does not tip over in softer tissue. A point that is not confirmed counts as hidden while the
+// program names further points, and exposes the ROI nevertheless if none of them is confirmed.
 //
 // Where the twin has followed a picture (defras_follow.c), both folds of the tissue in hand are tried from there.
 //

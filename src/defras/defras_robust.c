@@ -4,7 +4,7 @@
 // than 6 mm from the twin, and the loop stops for a person. So the path of the tip in a plan is repeated, step by step,
 // in twins with fewer attachments, with more, of half the modulus, with friction on the ground, and with a grasp beside
 // the planned one. During an operation the twin follows measured tips in the same way. Half the modulus stands for
-// tissue that bends more easily than the twin, whose single layer of linear elements is too stiff in bending.
+// tissue that bends more easily than the twin.
 //
 // Every SPREAD_EVERY steps the surface of the changed twin is compared with that of the believed twin at the same step,
 // as the monitor compares camera and twin: the median, over vertices of the surface, of the distance to the other
