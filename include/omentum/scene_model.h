@@ -173,8 +173,8 @@ typedef struct OmModelReport {
     double mask_volume;               // of the cleaned mask, m^3; 0 if the input is no volume
     double mesh_volume;               // of the organ's tetrahedral mesh, m^3
     // How the mesh represents the cleaned label, the surface of the file, or the sheet. has_loss: a place deeper than a
-    // third of an edge is missing or added, or parts differ; handles or cavities that differ without such a place are
-    // a warning. Not of a mesh whose elements are used.
+    // third of an edge is missing or added, or parts, handles or cavities differ. Not of a mesh whose elements are
+    // used.
     OmShapeFit fit;
     bool has_fit, has_loss, fit_is_of_sheet;
     double surface_volume;  // of the organ's marching-cubes surface, m^3

@@ -67,6 +67,9 @@ typedef struct OmShapeFit {
     OmShapeLoss loss[OM_MAX_LOSS];
     int nloss;
     double lost, added;  // m^3, of all these places
+    // Where the topology differs: a voxel, m, with which that of the mesh would change, if one was found.
+    bool has_change;
+    OmVec3 change;
 } OmShapeFit;
 
 typedef struct OmShapeWrong {  // voxels where a mesh should be finer; om_shape_wrong_done frees

@@ -402,15 +402,8 @@ static OmStatus halve_field(OmBody* body) {
 // What the fit of a report says.
 static void judge(OmModelReport* report) {
     const OmShapeFit* fit = &report->fit;
-    const char* what = om__model_fit_name(report);
     report->has_fit = true;
-    report->has_loss = fit->nloss > 0 || fit->solid.npart != fit->mesh.npart;
-    if (!report->has_loss && !is_faithful(fit))
-        om__model_warn(
-            report,
-            "no place of the %s is lost, but the mesh has %d handles and %d cavities, the %s %d and %d",
-            what, fit->mesh.nhandle, fit->mesh.ncavity, what, fit->solid.nhandle,
-            fit->solid.ncavity);
+    report->has_loss = fit->nloss > 0 || !om_topology_is_equal(&fit->solid, &fit->mesh);
 }
 
 static int64_t count_inside(const OmSdf* sdf) {
@@ -529,5 +522,8 @@ void om_model_describe_loss(const OmModelReport* report, char* text, size_t size
     add_count(text, size, what, "parts", f->solid.npart, f->mesh.npart);
     add_count(text, size, what, "handles", f->solid.nhandle, f->mesh.nhandle);
     add_count(text, size, what, "cavities", f->solid.ncavity, f->mesh.ncavity);
+    const OmVec3 at = om_scale(1e3, f->change);
+    if (f->has_change && f->nloss == 0)
+        om__model_append(text, size, ", near (%.1f, %.1f, %.1f) mm", at.x, at.y, at.z);
     om__model_append(text, size, "; use an edge below %.2g mm", 0.6 * report->edge * 1e3);
 }

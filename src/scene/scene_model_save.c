@@ -171,6 +171,7 @@ static void add_fit(OmJson* j, const OmModelReport* r) {
     add_topology(j, "mesh", &fit->mesh);
     om_json_number(j, "missing_ml", fit->lost * 1e6);
     om_json_number(j, "too_much_ml", fit->added * 1e6);
+    if (fit->has_change) add_place(j, "topology_differs_at_mm", fit->change);
     om_json_integer(j, "places_found", fit->nloss);
     om_json_open(j, "places", '[');
     for (int i = 0; i < fit->nloss && i < OM_MAX_LOSS; i++) {

@@ -201,6 +201,18 @@ static OmStatus add_wrong(const Flood* f, size_t n, OmShapeWrong* wrong) {
     return OM_OK;
 }
 
+static OmStatus append_wrong(const OmShapeWrong* from, OmShapeWrong* to) {
+    const size_t n = (size_t)from->n, old = (size_t)to->n;
+    if (n == 0) return OM_OK;
+    OM_CHECK(n < INT32_MAX / 8 - old, OM_INVALID, "too many voxels differ");
+    double* x = om_realloc(to->x, old, old + n, 3 * sizeof(double));
+    if (!x) return OM_NO_MEMORY;
+    memcpy(x + 3 * old, from->x, 3 * n * sizeof(double));
+    to->x = x;
+    to->n += from->n;
+    return OM_OK;
+}
+
 void om_shape_wrong_done(OmShapeWrong* wrong) {
     om_free(wrong->x);
     memset(wrong, 0, sizeof *wrong);
@@ -291,6 +303,7 @@ static OmStatus find_places(const OmMask* mask, const OmTetMesh* mesh, const OmS
     OmStatus status = OM_OK;
     const size_t n = om_grid_count(mask->grid.dim);
     size_t ndiffer = 0, ndeep;
+    OmShapeWrong changing = {0};
     Flood f = {&mask->grid, NULL, NULL, tree, fabs(om_mat3_det(mask->grid.axis))};
     OM_ALLOC_DONE(f.kind, n);
     OM_TRY_DONE(om_mask_from_tets(mesh, &mask->grid, f.kind));
@@ -306,8 +319,12 @@ static OmStatus find_places(const OmMask* mask, const OmTetMesh* mesh, const OmS
         add_place(fit, &place);
         if (wrong) OM_TRY_DONE(add_wrong(&f, ndeep, wrong));
     }
-    if (!wrong || om_topology_is_equal(&fit->solid, &fit->mesh)) goto done;
-    OM_TRY_DONE(find_changing(&f, mask, wrong));
+    if (om_topology_is_equal(&fit->solid, &fit->mesh)) goto done;
+    OM_TRY_DONE(find_changing(&f, mask, &changing));
+    fit->has_change = changing.n > 0;
+    if (changing.n > 0) fit->change = om_load3(changing.x, 0);
+    if (!wrong) goto done;
+    OM_TRY_DONE(append_wrong(&changing, wrong));
     if (wrong->n > 0) goto done;
     for (size_t i = 0; i < n; i++) {
         if (f.kind[i] == SAME) continue;
@@ -321,6 +338,7 @@ static OmStatus find_places(const OmMask* mask, const OmTetMesh* mesh, const OmS
 done:
     om_free(f.kind);
     om_free(f.stack);
+    om_shape_wrong_done(&changing);
     return status;
 }
 
