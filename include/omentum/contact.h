@@ -47,8 +47,23 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // (default): OmPbdDef.friction for engine "pbd", no friction for the other engines.
     double friction;
     int max_iterations;  // largest number of solves in a step, >= 1; default 12
+    // Surfaces of the tissue keep apart: of one body that folds, and of bodies, the pieces of the mesh. Needs an engine
+    // with a matrix and CG as its solver; default false
+    bool self_contact;
+    double self_thickness;  // m, distance that they keep; 0 (default): a tenth of the mean edge of the surface
+    double self_friction;   // Coulomb's between them, 0 to 10, viscous below 1 mm/s; default 0
     OmCookie cookie;     // set by om_contact_default_def
 } OmContactDef;
+
+typedef struct OmContactTouch {  // two places of the tissue that push each other
+    int vert[4];                 // a vertex and a triangle, or the ends of two edges
+    double weight[4];            // vert[a] has the force weight[a] * force; of the first side positive, sum 0
+    int body[2];                 // of the first and the second side, om_contact_body_of
+    OmVec3 point;                // m, on the first side
+    OmVec3 normal;               // from the second side to the first
+    OmVec3 force;                // N, on the first side
+    double gap;                  // m, distance less thickness after the step
+} OmContactTouch;
 
 typedef struct OmContactReport {
     OmTissueReport tissue;  // of the linear solver, all solves
@@ -60,6 +75,10 @@ typedef struct OmContactReport {
     // next step. Presses have reports of their own (om_press_report).
     int nobstacle;
     const OmTissueObstacle* obstacle;
+    // With self_contact: the places of the last substep, a view as above, and the deepest penetration, m
+    int ntouch;
+    const OmContactTouch* touch;
+    double self_penetration;
     bool is_settled;  // in all substeps: contact vertices, planes of curved obstacles and friction
                       // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
@@ -93,6 +112,19 @@ OM_API OmStatus om_contact_work_move(OmContactWork* contact_work, int obstacle, 
 OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);
+/// Edges of the tissue's surface that go through another part of it, between two steps. om_contact_step needs a start
+/// without any: it keeps surfaces on the side where they are.
+/// @param num  out
+/// @param at   out: middle of the first, m; may be null
+/// @return OM_OK; OM_UNAVAILABLE (no self_contact)
+OM_API OmStatus om_contact_find_crossing(OmContactWork* contact_work, const OmTissueState* state,
+                                         int* num, OmVec3* at);
+/// With self_contact: bodies, the pieces of the mesh in the order of their first vertices; else 0.
+OM_API int om_contact_body_count(const OmContact* contact);
+/// The body of a vertex; -1 without self_contact.
+OM_API int om_contact_body_of(const OmContact* contact, int vert);
+/// Force of body b on body a in the last substep, N; of a body on itself it is 0.
+OM_API OmVec3 om_contact_body_force(const OmContactWork* contact_work, int a, int b);
 /// Step until contact has settled and no vertex is faster than `speed` m/s in three steps in a row (at a turning point
 /// of a vibration one step is slow, too), for at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (still moving); errors of om_contact_step

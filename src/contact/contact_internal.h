@@ -2,12 +2,13 @@
 //
 //   contact_obstacle.c   obstacles and their distances
 //   contact_vertex.c     contact of vertices inside a step
+//   contact_self.h       contact of the tissue with itself
 //   contact_model.c      definition and memory
 //   contact_step.c       the step
 #ifndef OMENTUM_CONTACT_INTERNAL_H
 #define OMENTUM_CONTACT_INTERNAL_H
 
-#include "omentum/contact.h"
+#include "contact/contact_self.h"
 
 typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     int vert, obstacle;
@@ -41,6 +42,7 @@ struct OmContact {          // constant
     int* surface_vert;  // vertices that may be in contact                          (nsurface)
     int ntri;           // of the boundary; 0 without tetrahedra
     int* tri_vert;      // vertices, counter-clockwise seen from outside             (ntri x 3)
+    OmSelf* self;       // null without self_contact
 };
 
 typedef struct OmContactFrame {  // an obstacle in a substep
@@ -68,6 +70,7 @@ struct OmContactWork {
     double substep_time;     // s, when its substep begins
     bool has_settled;        // in its substeps before that
     OmContactReport report;  // of the step
+    OmSelfWork* self;        // null without self_contact
     int npress;              // probes that act in the same step
     struct OmPress* const* press;
 };
@@ -91,15 +94,17 @@ OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p
 
 /// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, if the vertex is inside,
 /// or if it would be inside at x + h v and the surface there looks at the obstacle.
-void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
-                            const OmTissueWork* work, double h);
+/// Each of these also does the work of its sibling in contact_self.h.
+/// @return OM_OK; OM_NO_MEMORY
+OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
+                                const OmTissueWork* work, double h);
 /// Estimate of the contact force, N: the force that moves each penetrating vertex alone out of obstacles that move.
 double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* state, double h);
 /// Add the forces of active pairs to the system.
-void om__contact_add_forces(OmContactWork* cw, OmTissueWork* work, double h);
-/// Compare the pairs with the last solution; returns how many changed.
-int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* state,
-                             const OmTissueWork* work, double h, bool is_damped);
+OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* work, double h);
+/// Compare the pairs with the last solution; out: how many changed.
+OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
+                                  const OmTissueWork* work, double h, bool is_damped, int* nchange);
 /// Begin a line search from the solution `last` along `increment`: subtract the springs of the pairs from the parabola.
 void om__contact_begin_line(OmContactWork* cw, const OmTissueState* state, const double* last,
                             const double* increment, double h, OmContactLine* line);
@@ -108,7 +113,7 @@ void om__contact_add_line(const OmContactWork* cw, double at, double* slope);
 /// Free pairs stay free from now on.
 void om__contact_close_set(OmContactWork* cw);
 /// Write forces to the state; number of contacts, resultant and penetration to the report.
-void om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
+OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                               const OmTissueWork* work, double h);
 
 #endif

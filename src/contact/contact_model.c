@@ -29,6 +29,10 @@ static OmStatus check_def(const OmContactDef* def) {
     OM_CHECK(def->friction <= 10, OM_INVALID,
              "contact: friction is %g; it must be at most 10, negative for the engine's own",
              def->friction);
+    OM_CHECK(def->self_thickness >= 0 && def->self_thickness <= 0.1, OM_INVALID,
+             "contact: self_thickness is %g m; it must be from 0 to 0.1", def->self_thickness);
+    OM_CHECK(def->self_friction >= 0 && def->self_friction <= 10, OM_INVALID,
+             "contact: self_friction is %g; it must be from 0 to 10", def->self_friction);
     OM_CHECK(def->max_iterations >= 1 && def->max_iterations <= 1000, OM_INVALID,
              "contact: max_iterations is %d; it must be from 1 to 1000", def->max_iterations);
     return OM_OK;
@@ -71,6 +75,8 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     for (int i = 0; i < mesh->nvert; ++i)
         c->size = fmax(c->size, om_norm(om_sub(om_load3(mesh->x, i), om_load3(mesh->x, 0))));
     c->ring = RING * c->size;
+    if (def->self_contact)
+        OM_TRY_DONE(om__self_create(def, model, c->ntri, c->tri_vert, c->size, &c->self));
     *contact = c;
     return OM_OK;
 done:
@@ -84,6 +90,7 @@ void om_contact_destroy(OmContact* c) {
     om_free(c->obstacle);
     om_free(c->surface_vert);
     om_free(c->tri_vert);
+    om__self_destroy(c->self);
     om_free(c);
 }
 
@@ -99,6 +106,7 @@ OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contac
     OM_ALLOC_DONE(w->pair, (size_t)contact->nsurface * nobstacle);
     OM_ALLOC_DONE(w->normal, 3 * (size_t)contact->nvert);
     for (size_t k = 0; k < nobstacle; ++k) w->obstacle[k] = contact->obstacle[k];
+    if (contact->self) OM_TRY_DONE(om__self_work_create(contact->self, &w->self));
     *contact_work = w;
     return OM_OK;
 done:
@@ -112,5 +120,6 @@ void om_contact_work_destroy(OmContactWork* w) {
     om_free(w->frame);
     om_free(w->pair);
     om_free(w->normal);
+    om__self_work_destroy(w->self);
     om_free(w);
 }

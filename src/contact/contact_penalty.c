@@ -223,7 +223,7 @@ static double search_line(const OmContactGroup* g, const OmTissueState* s, OmTis
 static OmStatus solve(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
                       OmTissueWork* w, double h, OmTissueReport* report) {
     om_tissue_clear_forces(w);
-    if (g->contact) om__contact_add_forces(g->contact, w, h);
+    if (g->contact) OM_TRY(om__contact_add_forces(g->contact, w, h));
     for (int k = 0; k < g->npress; ++k) OM_TRY(add_forces(g->press[k], w));
     OmStatus status = om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
@@ -259,7 +259,8 @@ static OmStatus iterate(const OmContactGroup* g, const OmTissueModel* m, OmTissu
             om_tissue_add_dv(w, p->increment);
         }
         int nchange = 0;
-        if (g->contact) nchange += om__contact_update_pairs(g->contact, s, w, h, n >= DAMP_FROM);
+        if (g->contact)
+            OM_TRY(om__contact_update_pairs(g->contact, m, s, w, h, n >= DAMP_FROM, &nchange));
         for (int k = 0; k < g->npress; ++k) nchange += update(g->press[k], s, w, h, n >= DAMP_FROM);
         is_settled = nchange == 0 && fraction == 1;
     }
@@ -270,11 +271,11 @@ static OmStatus iterate(const OmContactGroup* g, const OmTissueModel* m, OmTissu
 }
 
 // Find the points and vertices near obstacles, and predict which of them are active.
-static void begin(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
-                  OmTissueWork* w, double h) {
+static OmStatus begin(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                      OmTissueWork* w, double h) {
     double force = 0;
     if (g->contact) {
-        om__contact_find_pairs(g->contact, m, s, w, h);
+        OM_TRY(om__contact_find_pairs(g->contact, m, s, w, h));
         force = om__contact_estimate_force(g->contact, s, h);
     }
     for (int k = 0; k < g->npress; ++k) {
@@ -286,6 +287,7 @@ static void begin(const OmContactGroup* g, const OmTissueModel* m, OmTissueState
         force = force > 0 ? hypot(force, own) : own;
     }
     om_tissue_set_force_scale(w, force);
+    return OM_OK;
 }
 
 static OmStatus check_depths(const OmContactGroup* g, const OmTissueState* s, const OmTissueWork* w,
@@ -296,7 +298,7 @@ static OmStatus check_depths(const OmContactGroup* g, const OmTissueState* s, co
 
 OmStatus om__contact_penalty(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
                              OmTissueWork* w, double h, OmTissueReport* report) {
-    begin(g, m, s, w, h);
+    OM_TRY(begin(g, m, s, w, h));
     OmStatus status = iterate(g, m, s, w, h, report);
     if (status < 0) return status;
     OM_TRY(check_depths(g, s, w, h));
@@ -349,7 +351,7 @@ OmStatus om__contact_augmented(const OmContactGroup* g, const OmTissueModel* m, 
     }
     om_tissue_add_dv(w, p->increment);
     for (int k = 0; k < g->npress; ++k) g->press[k]->detect_h = 0;
-    begin(g, m, s, w, h);
+    OM_TRY(begin(g, m, s, w, h));
     OmStatus status = OM_OK;
     bool is_met = false;
     for (int round = 0; round < ROUNDS; ++round) {

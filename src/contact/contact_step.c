@@ -13,6 +13,10 @@
 
 // ---- vertices against obstacles -----------------------------------------------------------------------
 
+static int count_active(const OmContactWork* cw) {
+    return cw->nactive + (cw->self ? cw->self->nactive : 0);
+}
+
 // While many pairs switch, the active set is only a guess: such solves may be loose. Only the first solve makes coarse
 // matrices, with the pairs that it guessed; they are made again when many have switched since.
 static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
@@ -21,7 +25,7 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
     OmStatus status = OM_OK;
     int max_iterations = cw->contact->def.max_iterations;
     om__contact_begin_substep(cw, om_tissue_time(s), h);
-    om__contact_find_pairs(cw, m, s, w, h);
+    OM_TRY(om__contact_find_pairs(cw, m, s, w, h));
     om_tissue_set_force_scale(w, om__contact_estimate_force(cw, s, h));
     cw->report.is_settled = false;
     double before = report->residual;
@@ -30,24 +34,27 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
     for (int n = 0; n < max_iterations && !cw->report.is_settled; ++n) {
         if (n >= max_iterations / 2) om__contact_close_set(cw);
         om_tissue_clear_forces(w);
-        om__contact_add_forces(cw, w, h);
+        OM_TRY(om__contact_add_forces(cw, w, h));
         report->residual = before;  // of the last solve alone
         om_tissue_set_tolerance(w, is_loose ? LOOSE : 0);
-        if (nstale > RENEW * cw->nactive) {
+        if (nstale > RENEW * count_active(cw)) {
             om_tissue_renew_solver(w);
             nstale = 0;
         }
         status = om_tissue_solve_step(m, s, w, report);
         if (status < 0) return status;
         ++cw->report.nsolve;
-        int nchange = om__contact_update_pairs(cw, s, w, h, n >= DAMP_FROM);
+        int nchange;
+        OM_TRY(om__contact_update_pairs(cw, m, s, w, h, n >= DAMP_FROM, &nchange));
         cw->report.is_settled = nchange == 0 && !is_loose;
-        is_loose = cw->nswitch > ROUGH * cw->nactive && n + 2 < max_iterations;
-        nstale += cw->nswitch;
+        int nswitch = cw->nswitch + (cw->self ? cw->self->nswitch : 0);
+        is_loose = nswitch > ROUGH * count_active(cw) && n + 2 < max_iterations;
+        nstale += nswitch;
     }
     OM_CHECK(cw->report.is_settled || h < 2 * SHORTEST * cw->h, OM_INVALID,
              "contact: contact has not settled after %d solves", max_iterations);
-    om__contact_report_pairs(cw, m, s, w, h);
+    OM_TRY(om__self_check_paths(cw));
+    OM_TRY(om__contact_report_pairs(cw, m, s, w, h));
     return status;
 }
 
@@ -86,7 +93,8 @@ static OmStatus solve_group(void* ctx, const OmTissueModel* m, OmTissueState* s,
     OmStatus status = has_multipliers ? om__contact_multipliers(g, m, s, w, h, report)
                                       : om__contact_penalty(g, m, s, w, h, report);
     if (status < 0 || !g->contact) return status;
-    om__contact_report_pairs(g->contact, m, s, w, h);
+    OM_TRY(om__self_check_paths(g->contact));
+    OM_TRY(om__contact_report_pairs(g->contact, m, s, w, h));
     for (int k = 0; k < g->npress; ++k) om__press_write_forces(g->press[k], s);
     return status;
 }

@@ -146,8 +146,8 @@ static void recall_friction(OmContactPair* pair, double friction, OmVec3 v) {
 
 // On a curved organ the error of a plane is larger than the penetration of a resting vertex: the gap alone does not
 // show that the vertex rests, and finding the active set again from gaps took three solves a step.
-void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
-                            const OmTissueWork* w, double h) {
+OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                                const OmTissueWork* w, double h) {
     const OmContact* c = cw->contact;
     const double *x = om_tissue_x(s), *v = om_tissue_v(s), *last_force = om_tissue_contact_force(s);
     cw->npair = cw->nactive = 0;
@@ -178,9 +178,10 @@ void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueS
             if (friction_of(c, k) > 0) recall_friction(pair, friction_of(c, k), slip);
         }
     }
+    return om__self_find_pairs(cw, m, s, w, h);
 }
 
-void om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
+OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
     for (int k = 0; k < cw->npair; ++k) {
         OmContactPair* pair = &cw->pair[k];
         pair->was_drag = pair->drag;
@@ -202,10 +203,11 @@ void om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
         }
         om_tissue_add_force(w, pair->vert, f, K);
     }
+    return om__self_add_forces(cw, w, h);
 }
 
-int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* s, const OmTissueWork* w,
-                             double h, bool is_damped) {
+static int update_vertices(OmContactWork* cw, const OmTissueState* s, const OmTissueWork* w,
+                           double h, bool is_damped) {
     const OmContact* c = cw->contact;
     const double *x = om_tissue_x(s), *dv = om_tissue_dv(w);
     int nchange = 0;
@@ -251,8 +253,18 @@ int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* s, const Om
     return nchange;
 }
 
+OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                                  const OmTissueWork* w, double h, bool is_damped, int* nchange) {
+    int nself;
+    *nchange = update_vertices(cw, s, w, h, is_damped);
+    OM_TRY(om__self_update_pairs(cw, m, s, w, h, is_damped, &nself));
+    *nchange += nself;
+    return OM_OK;
+}
+
 void om__contact_close_set(OmContactWork* cw) {
     for (int k = 0; k < cw->npair; ++k) cw->pair[k].is_closed |= !cw->pair[k].is_active;
+    om__self_close_set(cw);
 }
 
 double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* s, double h) {
@@ -280,6 +292,7 @@ void om__contact_begin_line(OmContactWork* cw, const OmTissueState* s, const dou
         line->slope += pair->k * pair->depth * pair->depth_rate;
         line->curve -= pair->k * pair->depth_rate * pair->depth_rate;
     }
+    om__self_begin_line(cw, s, last, increment, h, line);
 }
 
 void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
@@ -288,10 +301,11 @@ void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
         if (!pair->is_active) continue;
         *slope -= pair->k * fmax(0, pair->depth - at * pair->depth_rate) * pair->depth_rate;
     }
+    om__self_add_line(cw, at, slope);
 }
 
-void om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
-                              const OmTissueWork* w, double h) {
+OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                                  const OmTissueWork* w, double h) {
     double* f_contact = om_tissue_contact_force(s);
     OmContactReport* report = &cw->report;
     memset(f_contact, 0, 3 * (size_t)om_tissue_mesh(m)->nvert * sizeof *f_contact);
@@ -321,4 +335,5 @@ void om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissu
         o->torque = om_add(o->torque, om_cross(arm, pair->force));
         ++o->ncontact;
     }
+    return om__self_report_pairs(cw, s);
 }

@@ -1,0 +1,141 @@
+// contact_near.c: closest points of a vertex and a triangle or of two edges, and whether a path keeps them apart.
+//
+// Paths are checked by conservative advancement (Li, Kaufman and Jiang 2021, "Codimensional incremental potential
+// contact", section 5, ACCD): in the time distance / speed nothing can touch.
+#include <math.h>
+
+#include "contact/contact_self.h"
+#include "omentum/shape_closest.h"
+
+#define INSIDE 1e-9        // a weight below it: the closest point is on the border
+#define PARALLEL 1e-6      // sin^2 of the angle between edges that have no single closest points
+#define ADVANCE 0.9        // part of the free way that one piece of a path takes
+#define MAX_ADVANCE 200    // pieces; a path that needs more is not free
+
+// Ericson 2005, "Real-time collision detection", 5.1.9; edges of no length are points.
+static void closest_of_edges(const OmVec3 p[4], double* s, double* t) {
+    OmVec3 u = om_sub(p[1], p[0]), v = om_sub(p[3], p[2]), r = om_sub(p[0], p[2]);
+    double a = om_norm2(u), e = om_norm2(v), f = om_dot(v, r), c = om_dot(u, r), b = om_dot(u, v);
+    double denom = a * e - b * b;
+    *s = denom > 1e-14 * a * e ? fmin(fmax((b * f - c * e) / denom, 0), 1) : 0;
+    *t = e > 0 ? (b * *s + f) / e : 0;
+    if (*t < 0 || *t > 1) {
+        *t = *t < 0 ? 0 : 1;
+        *s = a > 0 ? fmin(fmax((b * *t - c) / a, 0), 1) : 0;
+    }
+}
+
+static void weigh(bool is_edges, const OmVec3 p[4], double weight[4]) {
+    if (is_edges) {
+        double s, t;
+        closest_of_edges(p, &s, &t);
+        weight[0] = 1 - s;
+        weight[1] = s;
+        weight[2] = t - 1;
+        weight[3] = -t;
+    } else {
+        double bary[3];
+        om_triangle_closest(p[0], p[1], p[2], p[3], bary);
+        weight[0] = 1;
+        for (int k = 0; k < 3; ++k) weight[k + 1] = -bary[k];
+    }
+}
+
+static OmVec3 combine(const double weight[4], const OmVec3 p[4]) {
+    OmVec3 r = om_scale(weight[0], p[0]);
+    for (int k = 1; k < 4; ++k) r = om_madd(r, weight[k], p[k]);
+    return r;
+}
+
+static void load(const OmSelfPair* pair, const double* x, OmVec3 p[4]) {
+    for (int k = 0; k < 4; ++k) p[k] = om_load3(x, pair->vert[k]);
+}
+
+static double distance_of(bool is_edges, const OmVec3 p[4]) {
+    double weight[4];
+    weigh(is_edges, p, weight);
+    return om_norm(combine(weight, p));
+}
+
+double om__near_distance(const OmSelfPair* pair, const double* x) {
+    OmVec3 p[4];
+    load(pair, x, p);
+    return distance_of(pair->first >= 0, p);
+}
+
+static OmVec3 area_of(const OmSelf* self, int tri, const double* x) {
+    const int* v = self->tri_vert + 3 * (size_t)tri;
+    OmVec3 a = om_load3(x, v[0]);
+    return om_cross(om_sub(om_load3(x, v[1]), a), om_sub(om_load3(x, v[2]), a));
+}
+
+static OmVec3 normal_of_edge(const OmSelf* self, int edge, const double* x) {
+    const int* t = self->edge_tri + 2 * (size_t)edge;
+    return om_add(om_normalize(area_of(self, t[0], x)), om_normalize(area_of(self, t[1], x)));
+}
+
+void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near) {
+    OmVec3 p[4], out;
+    bool is_edges = pair->first >= 0, is_border;
+    load(pair, x, p);
+    weigh(is_edges, p, near->weight);
+    OmVec3 r = combine(near->weight, p);
+    double d = om_norm(r);
+    near->distance = INFINITY;
+    near->is_front = true;
+    near->n = d > 0 ? om_scale(1 / d, r) : om_vec3(0, 0, 0);
+    OmVec3 u = om_sub(p[1], p[0]), v = om_sub(p[3], p[2]);
+    if (is_edges) {
+        is_border = fmin(near->weight[0], near->weight[1]) < INSIDE ||
+                    fmax(near->weight[2], near->weight[3]) > -INSIDE ||
+                    om_norm2(om_cross(u, v)) < PARALLEL * om_norm2(u) * om_norm2(v);
+        out = om_sub(normal_of_edge(self, pair->second, x), normal_of_edge(self, pair->first, x));
+    } else {
+        is_border = fmax(near->weight[1], fmax(near->weight[2], near->weight[3])) > -INSIDE;
+        out = area_of(self, pair->second, x);
+    }
+    double side = om_dot(r, out);
+    near->is_front = side > 0;
+    if (is_border && (is_edges || side < 0)) return;  // another pair has the contact
+    near->distance = side < 0 ? -d : d;
+    if (side < 0) near->n = om_scale(-1, near->n);
+    if (d < 1e-12 * self->size) near->n = om_normalize(out);
+}
+
+bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least) {
+    OmVec3 p[4], q[4], move[4], mean = {0, 0, 0};
+    bool is_edges = pair->first >= 0;
+    load(pair, x, p);
+    load(pair, end, q);
+    for (int k = 0; k < 4; ++k) mean = om_madd(mean, 0.25, om_sub(q[k], p[k]));
+    double speed[4];
+    for (int k = 0; k < 4; ++k) {
+        move[k] = om_sub(om_sub(q[k], p[k]), mean);
+        speed[k] = om_norm(move[k]);
+    }
+    double fastest = is_edges ? fmax(speed[0], speed[1]) + fmax(speed[2], speed[3])
+                              : speed[0] + fmax(speed[1], fmax(speed[2], speed[3]));
+    double d = distance_of(is_edges, p), done = 0;
+    least = fmin(least, 0.5 * d);
+    if (fastest < d - least) return true;
+    if (!(d > 0)) return false;
+    for (int n = 0; n < MAX_ADVANCE; ++n) {
+        done += ADVANCE * (d - least) / fastest;
+        if (done >= 1) return true;
+        for (int k = 0; k < 4; ++k) q[k] = om_madd(p[k], done, move[k]);
+        d = distance_of(is_edges, q);
+        if (d <= 1.1 * least) return false;
+    }
+    return false;
+}
+
+bool om__near_crosses(const int edge[2], const int tri[3], const double* x) {
+    OmVec3 p = om_load3(x, edge[0]), q = om_load3(x, edge[1]), a = om_load3(x, tri[0]),
+           b = om_load3(x, tri[1]), c = om_load3(x, tri[2]);
+    OmVec3 d = om_sub(q, p), e = om_sub(b, a), f = om_sub(c, a), h = om_cross(d, f);
+    double det = om_dot(e, h);  // Moeller and Trumbore 1997
+    if (det == 0) return false;
+    OmVec3 s = om_sub(p, a), r = om_cross(s, e);
+    double u = om_dot(s, h) / det, v = om_dot(d, r) / det, t = om_dot(f, r) / det;
+    return u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t <= 1;
+}

@@ -1,0 +1,461 @@
+// contact_self.c: contact of tissue with itself inside a step.
+//
+// A pair is a vertex and a triangle, or two edges, of the tissue's surface. Its closest points w keep a thickness apart:
+// the force k (goal - gap) n at the end of the step acts on both sides in shares, gap = n . sum w x - thickness. So the
+// two sums of forces are opposite to rounding, and the pair is a tie of the system (tissue.h). k is STIFF times the
+// resistance against moving the two apart alone. As with obstacles (contact_vertex.c) the active pairs are found by
+// solving again, and closest points that differ at the solution are taken anew.
+//
+// Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the prediction by more than a
+// slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
+// the path of each candidate is followed (contact_near.c). A step in which surfaces would pass through each other is
+// refused, and cut by om_tissue_step_with. The side of a pair is that of the beginning: there surfaces are apart, for no
+// earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a thin sheet, are
+// behind each other and are dead: only their paths are checked.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "contact/contact_internal.h"
+
+#define STIFF 100        // times the resistance against moving the two sides alone
+#define SLOW 1e-3        // m/s, below it friction is viscous
+#define SAME_DRAG 0.02   // relative: friction that changes more is solved again
+#define RELEASE 1e-8     // of the model's size: gap at which an active pair is released
+#define ACTIVATE 1e-6    // of the model's size: penetration at which a free pair becomes active
+#define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
+#define SAME_ANGLE 0.02  // rad, the same of the normal
+#define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
+#define SLACK 0.5        // of the thickness: difference of a path from its prediction
+#define FACING 0.5       // cosine: a vertex whose surface looks further away is not in contact
+#define REST_SHARE 0.8   // of the distance at rest, which neighbours in one body may keep
+#define LEAST_WAY 0.1    // of the thickness, that paths keep
+
+static int compare_pairs(const void* a, const void* b) {
+    const OmSelfPair *p = a, *q = b;
+    if (p->first != q->first) return p->first < q->first ? -1 : 1;
+    if (p->second != q->second) return p->second < q->second ? -1 : 1;
+    return p->vert[0] < q->vert[0] ? -1 : p->vert[0] > q->vert[0];
+}
+
+// ---- candidates ---------------------------------------------------------------------------------------
+
+typedef struct Search {
+    const OmSelf* self;
+    OmSelfWork* work;
+    double reach;
+    const double* move;
+} Search;
+
+// Boxes of the paths of two sets of vertices, each wider by the reach.
+static bool paths_meet(const Search* s, const int* a, int na, const int* b, int nb) {
+    const double* x = s->work->x;
+    for (size_t k = 0; k < 3; ++k) {
+        double alo = INFINITY, ahi = -INFINITY, blo = INFINITY, bhi = -INFINITY;
+        for (int n = 0; n < na; ++n) {
+            double p = x[3 * (size_t)a[n] + k], q = p + s->move[3 * (size_t)a[n] + k];
+            alo = fmin(alo, fmin(p, q));
+            ahi = fmax(ahi, fmax(p, q));
+        }
+        for (int n = 0; n < nb; ++n) {
+            double p = x[3 * (size_t)b[n] + k], q = p + s->move[3 * (size_t)b[n] + k];
+            blo = fmin(blo, fmin(p, q));
+            bhi = fmax(bhi, fmax(p, q));
+        }
+        if (alo - s->reach > bhi + s->reach || blo - s->reach > ahi + s->reach) return false;
+    }
+    return true;
+}
+
+static OmStatus add_pair(Search* s, const int* a, int na, const int* b, int nb, int first,
+                         int second) {
+    OmSelfWork* w = s->work;
+    for (int i = 0; i < na; ++i)
+        for (int k = 0; k < nb; ++k)
+            if (a[i] == b[k]) return OM_OK;
+    if (!paths_meet(s, a, na, b, nb)) return OM_OK;
+    if (w->npair == w->max_pair) {
+        size_t max = 2 * (size_t)w->max_pair + 256;
+        OmSelfPair* pair = om_realloc(w->pair, (size_t)w->max_pair, max, sizeof *pair);
+        if (!pair) return OM_NO_MEMORY;
+        w->pair = pair;
+        w->max_pair = (int)max;
+    }
+    OmSelfPair* p = &w->pair[w->npair++];
+    *p = (OmSelfPair){.first = first, .second = second};
+    for (int k = 0; k < 4; ++k) p->vert[k] = k < na ? a[k] : b[k - na];
+    return OM_OK;
+}
+
+static OmStatus meet(void* ctx, int t, int u) {
+    Search* s = ctx;
+    const OmSelf* f = s->self;
+    const int *a = f->tri_vert + 3 * (size_t)t, *b = f->tri_vert + 3 * (size_t)u;
+    for (int k = 0; k < 3; ++k) {
+        if (f->own[t] & 1 << k) OM_TRY(add_pair(s, a + k, 1, b, 3, -1, u));
+        if (f->own[u] & 1 << k) OM_TRY(add_pair(s, b + k, 1, a, 3, -1, t));
+    }
+    for (int k = 0; k < 3; ++k) {
+        if (!(f->own[t] & 8 << k)) continue;
+        int e = f->tri_edge[3 * (size_t)t + (size_t)k];
+        for (int l = 0; l < 3; ++l) {
+            if (!(f->own[u] & 8 << l)) continue;
+            int g = f->tri_edge[3 * (size_t)u + (size_t)l], lo = e < g ? e : g, hi = e < g ? g : e;
+            OM_TRY(add_pair(s, f->edge_vert + 2 * (size_t)lo, 2, f->edge_vert + 2 * (size_t)hi, 2,
+                            lo, hi));
+        }
+    }
+    return OM_OK;
+}
+
+static OmVec3 edge_normal(const OmSelf* f, const OmSelfWork* w, int edge) {
+    const int* t = f->edge_tri + 2 * (size_t)edge;
+    return om_normalize(om_add(om_load3(w->normal, t[0]), om_load3(w->normal, t[1])));
+}
+
+// True if the two sides look at each other at the beginning of the step.
+static bool is_facing(const OmSelf* f, const OmSelfWork* w, const OmSelfPair* p,
+                      const OmNear* near) {
+    if (!near->is_front) return false;
+    if (p->first >= 0)
+        return om_dot(near->n, edge_normal(f, w, p->first)) < 0 &&
+               om_dot(near->n, edge_normal(f, w, p->second)) > 0;
+    const double* fan = w->fan + 6 * (size_t)p->vert[0];
+    OmVec3 n = om_normalize(om_add(om_load3(fan, 0), om_load3(fan, 1)));
+    return om_dot(near->n, n) < FACING;
+}
+
+// Take the closest points at positions x for the next solve.
+static void linearise(const OmSelfWork* w, OmSelfPair* p, const OmNear* near, const double* x) {
+    OmVec3 now = {0, 0, 0}, begin = {0, 0, 0};
+    memcpy(p->weight, near->weight, sizeof p->weight);
+    p->n = near->n;
+    for (int k = 0; k < 4; ++k) {
+        now = om_madd(now, p->weight[k], om_load3(x, p->vert[k]));
+        begin = om_madd(begin, p->weight[k], om_load3(w->x, p->vert[k]));
+    }
+    p->gap = near->distance - p->thickness - om_dot(p->n, om_sub(now, begin));
+}
+
+static double stiffness_of(const OmTissueModel* m, OmTissueState* s, const OmTissueWork* work,
+                           const OmSelfPair* p) {
+    double give = 0;
+    for (int k = 0; k < 4; ++k)
+        if (!om_tissue_is_prescribed(m, s, p->vert[k]))
+            give += p->weight[k] * p->weight[k] / om_tissue_vertex_stiffness(work, p->vert[k]);
+    return give > 0 ? STIFF / give : 0;
+}
+
+// Side, thickness and first guess of a candidate.
+static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                       const OmTissueWork* work, OmSelfPair* p, double h) {
+    const OmSelf* f = cw->contact->self;
+    OmSelfWork* w = cw->self;
+    OmNear near, later;
+    om__near_eval(f, p, w->x, &near);
+    p->is_dead = !is_facing(f, w, p, &near);
+    if (p->is_dead) return;
+    p->thickness = f->thickness;
+    if (near.distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
+        p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
+    p->goal = isfinite(near.distance) ? fmin(0, near.distance - p->thickness +
+                                                     cw->contact->def.recover_speed * h)
+                                       : 0;
+    om__near_eval(f, p, w->end, &later);
+    if (!isfinite(later.distance)) return;
+    bool is_in = near.distance - p->thickness < -ACTIVATE * f->size;
+    p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
+    if (!p->is_active) return;
+    linearise(w, p, &later, w->end);
+    p->k = stiffness_of(m, s, work, p);
+    if (p->k == 0) p->is_active = false;
+    if (!p->is_active || f->friction <= 0 || !is_in) return;
+    OmVec3 v = {0, 0, 0};
+    for (int k = 0; k < 4; ++k)
+        v = om_madd(v, p->weight[k], om_load3(om_tissue_v(s), p->vert[k]));
+    v = om_madd(v, -om_dot(v, p->n), p->n);
+    p->push = p->k * fmax(0, p->thickness - near.distance);
+    p->drag = f->friction * p->push / fmax(SLOW, om_norm(v));
+}
+
+// Candidates along the paths x to x + predicted; what is known of those of the last search stays.
+static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                       const OmTissueWork* work, double h) {
+    const OmSelf* f = cw->contact->self;
+    OmSelfWork* w = cw->self;
+    OmSelfPair* swap = w->old;
+    int max = w->max_old;
+    w->old = w->pair;
+    w->max_old = w->max_pair;
+    w->nold = w->npair;
+    w->pair = swap;
+    w->max_pair = max;
+    w->npair = 0;
+    // a common translation lengthens no path
+    OmVec3 mean = {0, 0, 0};
+    for (int i = 0; i < f->nvert; ++i)
+        mean = om_madd(mean, 1.0 / f->nvert, om_load3(w->predicted, i));
+    for (int i = 0; i < f->nvert; ++i)
+        om_store3(w->end, i, om_sub(om_load3(w->predicted, i), mean));
+    Search search = {f, w, (0.5 + SLACK) * f->thickness, w->end};
+    om__self_refit(f, w, w->x, w->end, search.reach);
+    OM_TRY(om__self_search(f, w, true, meet, &search));
+    for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->end[n] = w->x[n] + w->predicted[n];
+    qsort(w->pair, (size_t)w->npair, sizeof *w->pair, compare_pairs);
+    w->nactive = 0;
+    for (int k = 0, old = 0; k < w->npair; ++k) {
+        OmSelfPair* p = &w->pair[k];
+        while (old < w->nold && compare_pairs(&w->old[old], p) < 0) ++old;
+        if (old < w->nold && compare_pairs(&w->old[old], p) == 0)
+            *p = w->old[old];
+        else
+            begin_pair(cw, m, s, work, p, h);
+        w->nactive += p->is_active;
+    }
+    return OM_OK;
+}
+
+OmStatus om__self_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                             const OmTissueWork* work, double h) {
+    OmSelfWork* w = cw->self;
+    if (!w) return OM_OK;
+    const double *x = om_tissue_x(s), *v = om_tissue_v(s);
+    for (size_t n = 0; n < 3 * (size_t)cw->contact->nvert; ++n) {
+        w->x[n] = x[n];
+        w->predicted[n] = h * v[n];
+    }
+    w->npair = w->nold = 0;
+    return search(cw, m, s, work, h);
+}
+
+// ---- stages of a step -----------------------------------------------------------------------------------
+
+OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work, double h) {
+    OmSelfWork* w = cw->self;
+    if (!w) return OM_OK;
+    for (int k = 0; k < w->npair; ++k) {
+        OmSelfPair* p = &w->pair[k];
+        p->was_drag = p->drag;
+        if (!p->is_active) continue;
+        OmMat3 K = om_mat3_scale(p->k - p->drag / h, om_mat3_outer(p->n, p->n));
+        K = om_mat3_add(K, om_mat3_scale(p->drag / h, om_mat3_identity()));
+        OM_TRY(om_tissue_add_tie(work, p->vert, p->weight,
+                                 om_scale(p->k * (p->goal - p->gap), p->n), K));
+    }
+    return OM_OK;
+}
+
+static OmVec3 relative(const OmSelfPair* p, const double* x) {
+    OmVec3 r = {0, 0, 0};
+    for (int k = 0; k < 4; ++k) r = om_madd(r, p->weight[k], om_load3(x, p->vert[k]));
+    return r;
+}
+
+// Compare an active pair with the solution; true if it must be solved again.
+static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double h, bool is_damped) {
+    OmVec3 d = om_sub(relative(p, w->end), relative(p, w->x));
+    double end = p->gap + om_dot(p->n, d) - p->goal;
+    OmNear near;
+    om__near_eval(f, p, w->end, &near);
+    if (end > RELEASE * f->size || !isfinite(near.distance)) {
+        p->is_active = false;
+        p->push = p->drag = 0;
+        --w->nactive;
+        ++w->nswitch;
+        return true;
+    }
+    OmVec3 vt = om_scale(1 / h, om_madd(d, -om_dot(p->n, d), p->n));
+    p->push = fmax(0, -p->k * end);
+    p->force = om_madd(om_scale(p->push, p->n), -p->was_drag, vt);
+    double drag = f->friction * p->push / fmax(SLOW, om_norm(vt));
+    bool is_same = fabs(drag - p->drag) <= SAME_DRAG * drag;
+    p->drag = drag;
+    double gap = near.distance - p->thickness - p->goal;
+    double error = fabs(gap - end), angle = om_distance(near.n, p->n);
+    bool is_valid = is_damped ? error <= FREEZE_GAP * f->thickness
+                              : error <= SAME_GAP * f->thickness && angle <= SAME_ANGLE;
+    if (!is_valid) linearise(w, p, &near, w->end);
+    return !is_valid || !is_same;
+}
+
+OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                               const OmTissueWork* work, double h, bool is_damped, int* nchange) {
+    const OmSelf* f = cw->contact->self;
+    OmSelfWork* w = cw->self;
+    *nchange = 0;
+    if (!w) return OM_OK;
+    const double *v = om_tissue_v(s), *dv = om_tissue_dv(work);
+    double slack = SLACK * f->thickness;
+    bool is_lost = false;
+    for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) {
+        double d = h * (v[n] + dv[n]);
+        w->end[n] = w->x[n] + d;
+        is_lost = is_lost || !(fabs(d - w->predicted[n]) <= slack);
+    }
+    w->nswitch = 0;
+    for (int k = 0; k < w->npair; ++k) {
+        OmSelfPair* p = &w->pair[k];
+        if (p->is_dead) continue;
+        p->force = om_vec3(0, 0, 0);
+        if (p->is_active) {
+            *nchange += update_active(f, w, p, h, is_damped);
+            continue;
+        }
+        OmNear near;
+        om__near_eval(f, p, w->end, &near);
+        if (!isfinite(near.distance) ||
+            near.distance - p->thickness - p->goal >= -ACTIVATE * f->size)
+            continue;
+        ++*nchange;
+        if (p->is_closed) continue;
+        linearise(w, p, &near, w->end);
+        p->k = stiffness_of(m, s, work, p);
+        if (p->k == 0) continue;
+        p->is_active = true;
+        ++w->nactive;
+        ++w->nswitch;
+    }
+    if (!is_lost) return OM_OK;
+    for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->predicted[n] = w->end[n] - w->x[n];
+    int nactive = w->nactive, npair = w->npair;
+    OM_TRY(search(cw, m, s, work, h));
+    // new candidates that penetrate are solved for; pairs that left are far apart
+    *nchange += w->nactive != nactive || w->npair > npair;
+    w->nswitch += w->nactive > nactive ? w->nactive - nactive : nactive - w->nactive;
+    return OM_OK;
+}
+
+void om__self_close_set(OmContactWork* cw) {
+    for (int k = 0; cw->self && k < cw->self->npair; ++k)
+        cw->self->pair[k].is_closed |= !cw->self->pair[k].is_active;
+}
+
+void om__self_begin_line(OmContactWork* cw, const OmTissueState* s, const double* last,
+                         const double* increment, double h, OmContactLine* line) {
+    for (int k = 0; cw->self && k < cw->self->npair; ++k) {
+        OmSelfPair* p = &cw->self->pair[k];
+        if (!p->is_active) continue;
+        OmVec3 d = om_scale(h, om_add(relative(p, om_tissue_v(s)), relative(p, last)));
+        p->depth = p->goal - p->gap - om_dot(p->n, d);
+        p->depth_rate = h * om_dot(p->n, relative(p, increment));
+        line->farthest = fmax(line->farthest, fabs(p->depth_rate));
+        line->slope += p->k * p->depth * p->depth_rate;
+        line->curve -= p->k * p->depth_rate * p->depth_rate;
+    }
+}
+
+void om__self_add_line(const OmContactWork* cw, double at, double* slope) {
+    for (int k = 0; cw->self && k < cw->self->npair; ++k) {
+        const OmSelfPair* p = &cw->self->pair[k];
+        if (!p->is_active) continue;
+        *slope -= p->k * fmax(0, p->depth - at * p->depth_rate) * p->depth_rate;
+    }
+}
+
+OmStatus om__self_check_paths(const OmContactWork* cw) {
+    const OmSelfWork* w = cw->self;
+    if (!w) return OM_OK;
+    double least = LEAST_WAY * cw->contact->self->thickness;
+    for (int k = 0; k < w->npair; ++k) {
+        const OmSelfPair* p = &w->pair[k];
+        if (om__near_is_free(p, w->x, w->end, least)) continue;
+        OmVec3 at = om_scale(1e3, om_load3(w->x, p->vert[0]));
+        return om_error(OM_INVALID,
+                        "contact: the tissue would pass through itself at (%.1f, %.1f, %.1f) mm",
+                        at.x, at.y, at.z);
+    }
+    return OM_OK;
+}
+
+// ---- outcome --------------------------------------------------------------------------------------------
+
+OmStatus om__self_report_pairs(OmContactWork* cw, OmTissueState* s) {
+    const OmSelf* f = cw->contact->self;
+    OmSelfWork* w = cw->self;
+    if (!w) return OM_OK;
+    double* f_contact = om_tissue_contact_force(s);
+    w->ntouch = 0;
+    if (w->nactive > w->max_touch) {
+        size_t max = (size_t)w->nactive + (size_t)w->nactive / 2;
+        OmContactTouch* touch = om_realloc(w->touch, (size_t)w->max_touch, max, sizeof *touch);
+        if (!touch) return OM_NO_MEMORY;
+        w->touch = touch;
+        w->max_touch = (int)max;
+    }
+    for (int k = 0; k < w->npair; ++k) {
+        const OmSelfPair* p = &w->pair[k];
+        if (!p->is_active || p->push <= 0) continue;
+        OmNear near;
+        om__near_eval(f, p, w->end, &near);
+        OmContactTouch* t = &w->touch[w->ntouch++];
+        *t = (OmContactTouch){.body = {f->body[p->vert[0]], f->body[p->vert[3]]},
+                              .normal = p->n,
+                              .force = p->force,
+                              .gap = near.distance - p->thickness};
+        int nfirst = p->first < 0 ? 1 : 2;
+        for (int a = 0; a < 4; ++a) {
+            t->vert[a] = p->vert[a];
+            t->weight[a] = p->weight[a];
+            OmVec3 x = om_load3(w->end, p->vert[a]);
+            if (a < nfirst) t->point = om_madd(t->point, p->weight[a], x);
+            OmVec3 sum = om_load3(f_contact, p->vert[a]);
+            om_store3(f_contact, p->vert[a], om_madd(sum, p->weight[a], p->force));
+        }
+        cw->report.self_penetration = fmax(cw->report.self_penetration, -t->gap);
+    }
+    cw->report.ntouch = w->ntouch;
+    cw->report.touch = w->touch;
+    return OM_OK;
+}
+
+typedef struct Crossing {
+    const OmSelf* self;
+    const double* x;
+    int num;
+    OmVec3 at;
+} Crossing;
+
+static OmStatus cross(void* ctx, int t, int u) {
+    Crossing* c = ctx;
+    const OmSelf* f = c->self;
+    for (int turn = 0; turn < 2; ++turn) {
+        int a = turn ? u : t, b = turn ? t : u;
+        const int* tri = f->tri_vert + 3 * (size_t)b;
+        for (int k = 0; k < 3; ++k) {
+            if (!(f->own[a] & 8 << k)) continue;
+            const int* edge = f->edge_vert + 2 * (size_t)f->tri_edge[3 * (size_t)a + (size_t)k];
+            bool is_neighbour = false;
+            for (int n = 0; n < 6; ++n) is_neighbour |= edge[n / 3] == tri[n % 3];
+            if (is_neighbour || !om__near_crosses(edge, tri, c->x)) continue;
+            if (c->num++ == 0)
+                c->at = om_scale(0.5, om_add(om_load3(c->x, edge[0]), om_load3(c->x, edge[1])));
+        }
+    }
+    return OM_OK;
+}
+
+OmStatus om_contact_find_crossing(OmContactWork* cw, const OmTissueState* s, int* num, OmVec3* at) {
+    OM_CHECK(cw->self, OM_UNAVAILABLE, "contact: it was made without self_contact");
+    Crossing c = {cw->contact->self, om_tissue_x(s), 0, {0, 0, 0}};
+    om__self_refit(c.self, cw->self, c.x, NULL, 0);
+    OM_TRY(om__self_search(c.self, cw->self, false, cross, &c));
+    *num = c.num;
+    if (at) *at = c.at;
+    return OM_OK;
+}
+
+OmVec3 om_contact_body_force(const OmContactWork* cw, int a, int b) {
+    OmVec3 sum = {0, 0, 0};
+    for (int k = 0; cw->self && k < cw->self->ntouch; ++k) {
+        const OmContactTouch* t = &cw->self->touch[k];
+        if (t->body[0] == a && t->body[1] == b) sum = om_add(sum, t->force);
+        if (t->body[0] == b && t->body[1] == a) sum = om_sub(sum, t->force);
+    }
+    return sum;
+}
+
+int om_contact_body_count(const OmContact* c) { return c->self ? c->self->nbody : 0; }
+
+int om_contact_body_of(const OmContact* c, int vert) {
+    return c->self && vert >= 0 && vert < c->nvert ? c->self->body[vert] : -1;
+}

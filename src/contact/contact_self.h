@@ -1,0 +1,123 @@
+// contact_self.h: contact of tissue with itself, and between bodies of one mesh. Each file calls only files above it:
+//
+//   contact_near.c     vertex and triangle, edge and edge: closest points, paths
+//   contact_tree.c     edges, owners and the tree of boxes; pairs whose boxes meet
+//   contact_self.c     contact inside a step
+#ifndef OMENTUM_CONTACT_SELF_H
+#define OMENTUM_CONTACT_SELF_H
+
+#include "omentum/contact.h"
+#include "omentum/tissue_engine.h"
+
+struct OmContactWork;
+struct OmContactLine;
+
+typedef struct OmSelfNode {  // of the tree; the first child of an inner node follows it
+    int right;               // the other child; leaf: 0
+    int tri;                 // of a leaf
+} OmSelfNode;
+
+typedef struct OmSelf {   // constant
+    const int* tri_vert;  // of the contact                                          (ntri x 3)
+    int ntri, nedge, nvert;
+    int* edge_vert;      // smaller vertex first                                     (nedge x 2)
+    int* edge_tri;       // its triangles                                            (nedge x 2)
+    int* tri_edge;       // edge k joins corners k and k + 1                         (ntri x 3)
+    unsigned char* own;  // bits: corners 0 to 2, edges 3 to 5; one triangle owns each  (ntri)
+    int nbody;
+    int* body;  // piece of the mesh of each vertex                                  (nvert)
+    int nnode;
+    OmSelfNode* node;  //                                                            (nnode)
+    double* rest;      // positions at rest                                          (nvert x 3)
+    double thickness, friction, size;
+} OmSelf;
+
+typedef struct OmSelfBox {   // of a node
+    double lo[3], hi[3];     // of the path in the step
+    double nlo[3], nhi[3];   // of the unit normals around its vertices
+} OmSelfBox;
+
+typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each other in a step
+    int vert[4];             // vertex, then the triangle's; or two and two
+    int first, second;       // edges; of a vertex: -1 and its triangle
+    bool is_dead;            // on the wrong side at the beginning: only its path is checked
+    bool is_active, is_closed;
+    double weight[4];  // of the closest points; the first side is positive
+    OmVec3 n;          // from the second side to the first, unit
+    double thickness;  // m
+    double gap;        // m, n . sum weight x at the beginning of the step, less thickness
+    double goal;       // m, gap required at its end
+    double k;          // N/m
+    double push, drag, was_drag;
+    OmVec3 force;  // N on the first side, of the last solve
+    double depth, depth_rate;
+} OmSelfPair;
+
+typedef struct OmNear {  // closest points of a pair
+    double weight[4];
+    OmVec3 n;
+    double distance;  // m, negative behind; infinite where another pair has the contact
+    bool is_front;    // the first side is in front of the second
+} OmNear;
+
+typedef struct OmSelfWork {
+    OmSelfBox* box;     //                                                           (nnode)
+    double* normal;     // of triangles, unit; zero if flat                          (ntri x 3)
+    double* fan;        // boxes of the normals around each vertex                   (nvert x 6)
+    double *x, *end;    // positions at the ends of the step                         (nvert x 3)
+    double* predicted;  // displacements for which the pairs were searched           (nvert x 3)
+    int npair, max_pair;
+    OmSelfPair* pair;
+    int nold, max_old;
+    OmSelfPair* old;  // pairs of the last search
+    int* stack;       // of a search                                                 (max_stack)
+    int max_stack;
+    int nactive, nswitch;
+    int ntouch, max_touch;
+    OmContactTouch* touch;
+} OmSelfWork;
+
+// ---- contact_near.c
+
+/// Closest points of a pair at positions x.
+void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near);
+/// Distance of a pair, of any kind.
+double om__near_distance(const OmSelfPair* pair, const double* x);
+/// True if the path from x to end keeps the two apart by more than `least`.
+bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least);
+/// True if the edge a b goes through the triangle t at positions x.
+bool om__near_crosses(const int edge[2], const int tri[3], const double* x);
+
+// ---- contact_tree.c
+
+OmStatus om__self_create(const OmContactDef* def, const OmTissueModel* model, int ntri,
+                         const int* tri_vert, double size, OmSelf** self);
+void om__self_destroy(OmSelf* self);
+OmStatus om__self_work_create(const OmSelf* self, OmSelfWork** work);
+void om__self_work_destroy(OmSelfWork* work);
+/// Boxes for paths from x along `move` (null: none), wider by `reach` on all sides.
+void om__self_refit(const OmSelf* self, OmSelfWork* sw, const double* x, const double* move,
+                    double reach);
+typedef OmStatus (*OmSelfMeetFn)(void* ctx, int tri_a, int tri_b);
+/// Call `meet` for each two triangles whose boxes meet. Triangles that look the same way are left out if `skips`.
+OmStatus om__self_search(const OmSelf* self, OmSelfWork* sw, bool skips, OmSelfMeetFn meet,
+                         void* ctx);
+
+// ---- contact_self.c; as their siblings in contact_internal.h
+
+OmStatus om__self_find_pairs(struct OmContactWork* cw, const OmTissueModel* model,
+                             OmTissueState* state, const OmTissueWork* work, double h);
+OmStatus om__self_add_forces(struct OmContactWork* cw, OmTissueWork* work, double h);
+/// @param nchange  out: how many pairs changed
+OmStatus om__self_update_pairs(struct OmContactWork* cw, const OmTissueModel* model,
+                               OmTissueState* state, const OmTissueWork* work, double h,
+                               bool is_damped, int* nchange);
+void om__self_close_set(struct OmContactWork* cw);
+void om__self_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
+                         const double* increment, double h, struct OmContactLine* line);
+void om__self_add_line(const struct OmContactWork* cw, double at, double* slope);
+/// @return OM_OK; OM_INVALID (surfaces pass through each other in this step)
+OmStatus om__self_check_paths(const struct OmContactWork* cw);
+OmStatus om__self_report_pairs(struct OmContactWork* cw, OmTissueState* state);
+
+#endif
