@@ -289,6 +289,8 @@ OM_API OmStatus om_tissue_add_tie(OmTissueWork* work, const int vert[4], const d
 ///        no finite solution)
 OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueWork* work, OmTissueReport* report);
+/// True if the step in progress has used def.max_work: a method that solves more than once should end.
+OM_API bool om_tissue_is_spent(const OmTissueModel* model, const OmTissueWork* work);
 /// Tolerance of the linear solver in later solves of this step, in (0, 1); any other value restores the model's.
 OM_API void om_tissue_set_tolerance(OmTissueWork* work, double tolerance);
 /// The next solve of this step makes the solver's coarse matrices again: for added forces that differ much from those

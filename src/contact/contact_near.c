@@ -102,31 +102,67 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
     if (d < 1e-12 * self->size) near->n = om_normalize(out);
 }
 
-bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least) {
-    OmVec3 p[4], q[4], move[4], mean = {0, 0, 0};
-    bool is_edges = pair->first >= 0;
-    load(pair, x, p);
-    load(pair, end, q);
-    for (int k = 0; k < 4; ++k) mean = om_madd(mean, 0.25, om_sub(q[k], p[k]));
+typedef struct Path {  // of the vertices of a pair, without their common motion
+    bool is_edges;
+    OmVec3 p[4], move[4];
+    double fastest;  // m, how much nearer the path can bring the two
+} Path;
+
+static void load_path(const OmSelfPair* pair, const double* x, const double* end, Path* path) {
+    OmVec3 mean = {0, 0, 0};
     double speed[4];
+    path->is_edges = pair->first >= 0;
+    load(pair, x, path->p);
+    load(pair, end, path->move);
     for (int k = 0; k < 4; ++k) {
-        move[k] = om_sub(om_sub(q[k], p[k]), mean);
-        speed[k] = om_norm(move[k]);
+        path->move[k] = om_sub(path->move[k], path->p[k]);
+        mean = om_madd(mean, 0.25, path->move[k]);
     }
-    double fastest = is_edges ? fmax(speed[0], speed[1]) + fmax(speed[2], speed[3])
-                              : speed[0] + fmax(speed[1], fmax(speed[2], speed[3]));
-    double d = distance_of(is_edges, p), done = 0;
-    least = fmin(least, 0.5 * d);
-    if (fastest < d - least) return true;
-    if (!(d > 0)) return false;
+    for (int k = 0; k < 4; ++k) {
+        path->move[k] = om_sub(path->move[k], mean);
+        speed[k] = om_norm(path->move[k]);
+    }
+    path->fastest = path->is_edges
+                        ? fmax(speed[0], speed[1]) + fmax(speed[2], speed[3])
+                        : speed[0] + fmax(speed[1], fmax(speed[2], speed[3]));
+}
+
+// Fraction of a path at which the distance falls to `least` (to a tenth more); 1: it does not. d: at its beginning.
+static double advance(const Path* path, double d, double least) {
+    double done = 0;
+    if (d <= 1.1 * least) return 0;
     for (int n = 0; n < MAX_ADVANCE; ++n) {
-        done += ADVANCE * (d - least) / fastest;
-        if (done >= 1) return true;
-        for (int k = 0; k < 4; ++k) q[k] = om_madd(p[k], done, move[k]);
-        d = distance_of(is_edges, q);
-        if (d <= 1.1 * least) return false;
+        OmVec3 q[4];
+        done += ADVANCE * (d - least) / path->fastest;
+        if (done >= 1) return 1;
+        for (int k = 0; k < 4; ++k) q[k] = om_madd(path->p[k], done, path->move[k]);
+        d = distance_of(path->is_edges, q);
+        if (d <= 1.1 * least) break;
     }
-    return false;
+    return done;
+}
+
+bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least) {
+    Path path;
+    load_path(pair, x, end, &path);
+    double d = distance_of(path.is_edges, path.p);
+    least = fmin(least, 0.5 * d);
+    return path.fastest < d - least || (d > 0 && advance(&path, d, least) >= 1);
+}
+
+double om__near_impact(const OmSelfPair* pair, const double* x, const double* end, double least,
+                       OmNear* near) {
+    Path path;
+    load_path(pair, x, end, &path);
+    double d = distance_of(path.is_edges, path.p);
+    double part = path.fastest < d - least ? 1 : advance(&path, d, least);
+    for (int k = 0; k < 4; ++k) path.p[k] = om_madd(path.p[k], part, path.move[k]);
+    weigh(path.is_edges, path.p, near->weight);
+    OmVec3 r = combine(near->weight, path.p);
+    near->distance = om_norm(r);
+    near->n = om_normalize(r);
+    near->is_front = true;
+    return part;
 }
 
 bool om__near_crosses(const int edge[2], const int tri[3], const double* x) {

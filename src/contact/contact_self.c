@@ -20,7 +20,9 @@
 
 #define STIFF 100        // times the resistance against moving the two sides alone
 #define SLOW 1e-3        // m/s, below it friction is viscous
-#define SAME_DRAG 0.02   // relative: friction that changes more is solved again
+#define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
+#define VISCOUS_FROM 10  // solves; from then on friction is the viscosity that gives it
+#define WEAK 0.05        // of the strongest push: the error of weaker pairs is measured by this one's bound
 #define RELEASE 1e-8     // of the model's size: gap at which an active pair is released
 #define ACTIVATE 1e-6    // of the model's size: penetration at which a free pair becomes active
 #define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
@@ -125,16 +127,20 @@ static bool is_facing(const OmSelf* f, const OmSelfWork* w, const OmSelfPair* p,
     return om_dot(near->n, n) < FACING;
 }
 
-// Take the closest points at positions x for the next solve.
-static void linearise(const OmSelfWork* w, OmSelfPair* p, const OmNear* near, const double* x) {
-    OmVec3 now = {0, 0, 0}, begin = {0, 0, 0};
-    memcpy(p->weight, near->weight, sizeof p->weight);
-    p->n = near->n;
+// Take the closest points for the next solve: those at the end of the path, or, where it leads through the other side,
+// those at the impact.
+static void linearise(const OmSelfWork* w, OmSelfPair* p, const OmNear* near) {
+    OmNear hit = *near;
+    OmVec3 move = {0, 0, 0};
+    double part = 1;
+    if (near->distance < 0) part = om__near_impact(p, w->x, w->end, p->thickness, &hit);
+    memcpy(p->weight, hit.weight, sizeof p->weight);
+    p->n = hit.n;
     for (int k = 0; k < 4; ++k) {
-        now = om_madd(now, p->weight[k], om_load3(x, p->vert[k]));
-        begin = om_madd(begin, p->weight[k], om_load3(w->x, p->vert[k]));
+        OmVec3 d = om_sub(om_load3(w->end, p->vert[k]), om_load3(w->x, p->vert[k]));
+        move = om_madd(move, p->weight[k], d);
     }
-    p->gap = near->distance - p->thickness - om_dot(p->n, om_sub(now, begin));
+    p->gap = hit.distance - p->thickness - part * om_dot(p->n, move);
 }
 
 static double stiffness_of(const OmTissueModel* m, OmTissueState* s, const OmTissueWork* work,
@@ -144,6 +150,34 @@ static double stiffness_of(const OmTissueModel* m, OmTissueState* s, const OmTis
         if (!om_tissue_is_prescribed(m, s, p->vert[k]))
             give += p->weight[k] * p->weight[k] / om_tissue_vertex_stiffness(work, p->vert[k]);
     return give > 0 ? STIFF / give : 0;
+}
+
+static OmVec3 relative(const OmSelfPair* p, const double* x) {
+    OmVec3 r = {0, 0, 0};
+    for (int k = 0; k < 4; ++k) r = om_madd(r, p->weight[k], om_load3(x, p->vert[k]));
+    return r;
+}
+
+static OmVec3 tangential(const OmSelfPair* p, OmVec3 d) {
+    return om_madd(d, -om_dot(p->n, d), p->n);
+}
+
+// Coulomb's friction for the next solve, linearised at the last slip. newton: 1, its tangent; 0, a viscosity that gives
+// it at this slip, which converges slowly and always.
+static void linearise_friction(OmSelfPair* p, double max, double h, double newton) {
+    double far = fmax(SLOW * h, om_norm(p->slip));
+    OmMat3 K = om_mat3_add(om_mat3_identity(), om_mat3_outer(p->n, om_scale(-1, p->n)));
+    if (far > SLOW * h)
+        K = om_mat3_add(K, om_mat3_outer(p->slip, om_scale(-newton / (far * far), p->slip)));
+    p->friction_K = om_mat3_scale(max / far, K);
+    p->friction = om_madd(om_mat3_apply(p->friction_K, p->slip), -max / far, p->slip);
+}
+
+// Friction that holds the two together, to try where the slip turned round in a solve.
+static void try_to_stick(OmSelfPair* p, double max, double h) {
+    OmMat3 K = om_mat3_add(om_mat3_identity(), om_mat3_outer(p->n, om_scale(-1, p->n)));
+    p->friction_K = om_mat3_scale(max / (SLOW * h), K);
+    p->friction = om_vec3(0, 0, 0);
 }
 
 // Side, thickness and first guess of a candidate.
@@ -166,16 +200,13 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     bool is_in = near.distance - p->thickness < -ACTIVATE * f->size;
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return;
-    linearise(w, p, &later, w->end);
+    linearise(w, p, &later);
     p->k = stiffness_of(m, s, work, p);
     if (p->k == 0) p->is_active = false;
     if (!p->is_active || f->friction <= 0 || !is_in) return;
-    OmVec3 v = {0, 0, 0};
-    for (int k = 0; k < 4; ++k)
-        v = om_madd(v, p->weight[k], om_load3(om_tissue_v(s), p->vert[k]));
-    v = om_madd(v, -om_dot(v, p->n), p->n);
     p->push = p->k * fmax(0, p->thickness - near.distance);
-    p->drag = f->friction * p->push / fmax(SLOW, om_norm(v));
+    p->slip = tangential(p, om_sub(relative(p, w->end), relative(p, w->x)));
+    linearise_friction(p, f->friction * p->push, h, 0);
 }
 
 // Candidates along the paths x to x + predicted; what is known of those of the last search stays.
@@ -224,31 +255,49 @@ OmStatus om__self_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissue
         w->x[n] = x[n];
         w->predicted[n] = h * v[n];
     }
-    w->npair = w->nold = 0;
+    w->npair = w->nold = w->nsolve = 0;
     return search(cw, m, s, work, h);
 }
 
 // ---- stages of a step -----------------------------------------------------------------------------------
 
-OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work, double h) {
+OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work) {
     OmSelfWork* w = cw->self;
     if (!w) return OM_OK;
     for (int k = 0; k < w->npair; ++k) {
-        OmSelfPair* p = &w->pair[k];
-        p->was_drag = p->drag;
+        const OmSelfPair* p = &w->pair[k];
         if (!p->is_active) continue;
-        OmMat3 K = om_mat3_scale(p->k - p->drag / h, om_mat3_outer(p->n, p->n));
-        K = om_mat3_add(K, om_mat3_scale(p->drag / h, om_mat3_identity()));
-        OM_TRY(om_tissue_add_tie(work, p->vert, p->weight,
-                                 om_scale(p->k * (p->goal - p->gap), p->n), K));
+        OmMat3 K = om_mat3_add(om_mat3_scale(p->k, om_mat3_outer(p->n, p->n)), p->friction_K);
+        OmVec3 f = om_madd(p->friction, p->k * (p->goal - p->gap), p->n);
+        OM_TRY(om_tissue_add_tie(work, p->vert, p->weight, f, K));
     }
     return OM_OK;
 }
 
-static OmVec3 relative(const OmSelfPair* p, const double* x) {
-    OmVec3 r = {0, 0, 0};
-    for (int k = 0; k < 4; ++k) r = om_madd(r, p->weight[k], om_load3(x, p->vert[k]));
-    return r;
+// Compare the friction of an active pair with the solution; true if it must be solved again.
+static bool update_friction(const OmSelfWork* w, OmSelfPair* p, double mu, OmVec3 d, double h) {
+    if (mu == 0) return false;
+    OmVec3 was = p->slip, used = om_sub(p->friction, om_mat3_apply(p->friction_K, d));
+    p->slip = tangential(p, d);
+    double max = mu * p->push, far = fmax(SLOW * h, om_norm(p->slip));
+    OmVec3 right = om_scale(-max / far, p->slip);
+    if (om_distance(used, right) <= SAME_FRICTION * fmax(max, mu * WEAK * w->strongest))
+        return false;
+    bool is_damped = w->nsolve > VISCOUS_FROM;
+    if (om_dot(was, p->slip) < 0 && far > SLOW * h && !is_damped)
+        try_to_stick(p, max, h);
+    else
+        linearise_friction(p, max, h, is_damped ? 0 : 1);
+    return true;
+}
+
+static void release(OmSelfWork* w, OmSelfPair* p) {
+    p->is_active = false;
+    p->push = 0;
+    p->friction = p->slip = om_vec3(0, 0, 0);
+    p->friction_K = om_mat3_diag(p->friction);
+    --w->nactive;
+    ++w->nswitch;
 }
 
 // Compare an active pair with the solution; true if it must be solved again.
@@ -258,24 +307,18 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
     OmNear near;
     om__near_eval(f, p, w->end, &near);
     if (end > RELEASE * f->size || !isfinite(near.distance)) {
-        p->is_active = false;
-        p->push = p->drag = 0;
-        --w->nactive;
-        ++w->nswitch;
+        release(w, p);
         return true;
     }
-    OmVec3 vt = om_scale(1 / h, om_madd(d, -om_dot(p->n, d), p->n));
     p->push = fmax(0, -p->k * end);
-    p->force = om_madd(om_scale(p->push, p->n), -p->was_drag, vt);
-    double drag = f->friction * p->push / fmax(SLOW, om_norm(vt));
-    bool is_same = fabs(drag - p->drag) <= SAME_DRAG * drag;
-    p->drag = drag;
+    p->force = om_madd(om_sub(p->friction, om_mat3_apply(p->friction_K, d)), p->push, p->n);
+    bool is_changed = update_friction(w, p, f->friction, d, h);
     double gap = near.distance - p->thickness - p->goal;
     double error = fabs(gap - end), angle = om_distance(near.n, p->n);
     bool is_valid = is_damped ? error <= FREEZE_GAP * f->thickness
                               : error <= SAME_GAP * f->thickness && angle <= SAME_ANGLE;
-    if (!is_valid) linearise(w, p, &near, w->end);
-    return !is_valid || !is_same;
+    if (!is_valid) linearise(w, p, &near);
+    return !is_valid || is_changed;
 }
 
 OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
@@ -293,6 +336,10 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
         is_lost = is_lost || !(fabs(d - w->predicted[n]) <= slack);
     }
     w->nswitch = 0;
+    w->strongest = 0;
+    ++w->nsolve;
+    for (int k = 0; k < w->npair; ++k)
+        if (w->pair[k].is_active) w->strongest = fmax(w->strongest, w->pair[k].push);
     for (int k = 0; k < w->npair; ++k) {
         OmSelfPair* p = &w->pair[k];
         if (p->is_dead) continue;
@@ -308,7 +355,7 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
             continue;
         ++*nchange;
         if (p->is_closed) continue;
-        linearise(w, p, &near, w->end);
+        linearise(w, p, &near);
         p->k = stiffness_of(m, s, work, p);
         if (p->k == 0) continue;
         p->is_active = true;
@@ -352,19 +399,44 @@ void om__self_add_line(const OmContactWork* cw, double at, double* slope) {
     }
 }
 
-OmStatus om__self_check_paths(const OmContactWork* cw) {
+// The first pair that would pass, or null.
+static const OmSelfPair* find_passing(const OmContactWork* cw) {
+    const OmSelf* f = cw->contact->self;
     const OmSelfWork* w = cw->self;
-    if (!w) return OM_OK;
-    double least = LEAST_WAY * cw->contact->self->thickness;
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
-        if (om__near_is_free(p, w->x, w->end, least)) continue;
-        OmVec3 at = om_scale(1e3, om_load3(w->x, p->vert[0]));
-        return om_error(OM_INVALID,
-                        "contact: the tissue would pass through itself at (%.1f, %.1f, %.1f) mm",
-                        at.x, at.y, at.z);
+        // one body turned inside out is the guard's matter (tissue_guard.c)
+        if (p->is_dead && f->body[p->vert[0]] == f->body[p->vert[3]]) continue;
+        if (!om__near_is_free(p, w->x, w->end, LEAST_WAY * f->thickness)) return p;
     }
-    return OM_OK;
+    return NULL;
+}
+
+static void stop(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s, OmTissueWork* work,
+                 double h) {
+    OmSelfWork* w = cw->self;
+    int nvert = cw->contact->nvert;
+    const double *v = om_tissue_v(s), *dv = om_tissue_dv(work);
+    for (size_t n = 0; n < 3 * (size_t)nvert; ++n)
+        w->end[n] = om_tissue_is_prescribed(m, s, (int)(n / 3)) ? 0 : -v[n] - dv[n];
+    om_tissue_add_dv(work, w->end);
+    for (size_t n = 0; n < 3 * (size_t)nvert; ++n) w->end[n] = w->x[n] + h * (v[n] + dv[n]);
+    cw->report.is_settled = false;
+}
+
+OmStatus om__self_check_paths(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                              OmTissueWork* work, double h) {
+    if (!cw->self) return OM_OK;
+    const OmSelfPair* p = find_passing(cw);
+    if (p && om_tissue_is_spent(m, work)) {
+        stop(cw, m, s, work, h);
+        p = find_passing(cw);
+    }
+    if (!p) return OM_OK;
+    OmVec3 at = om_scale(1e3, om_load3(cw->self->x, p->vert[0]));
+    return om_error(OM_INVALID,
+                    "contact: the tissue would pass through itself at (%.1f, %.1f, %.1f) mm", at.x,
+                    at.y, at.z);
 }
 
 // ---- outcome --------------------------------------------------------------------------------------------

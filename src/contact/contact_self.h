@@ -48,7 +48,10 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     double gap;        // m, n . sum weight x at the beginning of the step, less thickness
     double goal;       // m, gap required at its end
     double k;          // N/m
-    double push, drag, was_drag;
+    double push;    // N, of the last solve
+    OmVec3 slip;    // m, tangential, of the last solve
+    OmVec3 friction;    // N in the next solve at zero displacement
+    OmMat3 friction_K;  // N/m, its decrease with the displacement
     OmVec3 force;  // N on the first side, of the last solve
     double depth, depth_rate;
 } OmSelfPair;
@@ -73,6 +76,8 @@ typedef struct OmSelfWork {
     int* stack;       // of a search                                                 (max_stack)
     int max_stack;
     int nactive, nswitch;
+    int nsolve;        // in this substep
+    double strongest;  // N, push before the last solve
     int ntouch, max_touch;
     OmContactTouch* touch;
 } OmSelfWork;
@@ -85,6 +90,10 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
 double om__near_distance(const OmSelfPair* pair, const double* x);
 /// True if the path from x to end keeps the two apart by more than `least`.
 bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least);
+/// Fraction of the path from x to end at which the distance falls to `least`, 1: it does not; and the closest points
+/// there, for a path that begins in front.
+double om__near_impact(const OmSelfPair* pair, const double* x, const double* end, double least,
+                       OmNear* near);
 /// True if the edge a b goes through the triangle t at positions x.
 bool om__near_crosses(const int edge[2], const int tri[3], const double* x);
 
@@ -107,7 +116,7 @@ OmStatus om__self_search(const OmSelf* self, OmSelfWork* sw, bool skips, OmSelfM
 
 OmStatus om__self_find_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                              OmTissueState* state, const OmTissueWork* work, double h);
-OmStatus om__self_add_forces(struct OmContactWork* cw, OmTissueWork* work, double h);
+OmStatus om__self_add_forces(struct OmContactWork* cw, OmTissueWork* work);
 /// @param nchange  out: how many pairs changed
 OmStatus om__self_update_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                                OmTissueState* state, const OmTissueWork* work, double h,
@@ -116,8 +125,10 @@ void om__self_close_set(struct OmContactWork* cw);
 void om__self_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
                          const double* increment, double h, struct OmContactLine* line);
 void om__self_add_line(const struct OmContactWork* cw, double at, double* slope);
+/// Where def.max_work is spent, a solution that would pass is replaced by one in which all free vertices stop.
 /// @return OM_OK; OM_INVALID (surfaces pass through each other in this step)
-OmStatus om__self_check_paths(const struct OmContactWork* cw);
+OmStatus om__self_check_paths(struct OmContactWork* cw, const OmTissueModel* model,
+                              OmTissueState* state, OmTissueWork* work, double h);
 OmStatus om__self_report_pairs(struct OmContactWork* cw, OmTissueState* state);
 
 #endif

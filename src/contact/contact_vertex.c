@@ -203,7 +203,7 @@ OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
         }
         om_tissue_add_force(w, pair->vert, f, K);
     }
-    return om__self_add_forces(cw, w, h);
+    return om__self_add_forces(cw, w);
 }
 
 static int update_vertices(OmContactWork* cw, const OmTissueState* s, const OmTissueWork* w,

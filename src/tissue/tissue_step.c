@@ -243,6 +243,8 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
     return status;
 }
 
+bool om_tissue_is_spent(const OmTissueModel* m, const OmTissueWork* w) { return om__is_spent(m, w); }
+
 void om_tissue_set_tolerance(OmTissueWork* w, double tolerance) {
     if (w->solver) om_solver_set_tolerance(w->solver, tolerance);
 }
@@ -458,7 +460,8 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         if (ngood > 0 && need < MAX_LENGTHEN) need *= 2;
         ngood = 0;
         part *= 0.5;
-        if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
+        bool may_cut = part >= MIN_SHARE * h && !om__is_spent(m, w);
+        if (may_cut && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
         memcpy((void*)s, w->backup, om__state_bytes(s));
         report->substeps = report->ninverted = 0;
         report->energy_gain = 0;
