@@ -9,6 +9,7 @@
 
 #define INSIDE 1e-9        // a weight below it: the closest point is on the border
 #define PARALLEL 1e-6      // sin^2 of the angle between edges that have no single closest points
+#define IN_PLANE 1e-6      // sine of the angle between an edge and the plane of a triangle that it lies in
 #define ADVANCE 0.9        // part of the free way that one piece of a path takes
 #define MAX_ADVANCE 200    // pieces; a path that needs more is not free
 
@@ -170,7 +171,8 @@ bool om__near_crosses(const int edge[2], const int tri[3], const double* x) {
            b = om_load3(x, tri[1]), c = om_load3(x, tri[2]);
     OmVec3 d = om_sub(q, p), e = om_sub(b, a), f = om_sub(c, a), h = om_cross(d, f);
     double det = om_dot(e, h);  // Moeller and Trumbore 1997
-    if (det == 0) return false;
+    // an edge in the plane of the triangle goes along it, not through it
+    if (!(fabs(det) > IN_PLANE * om_norm(d) * om_norm(om_cross(e, f)))) return false;
     OmVec3 s = om_sub(p, a), r = om_cross(s, e);
     double u = om_dot(s, h) / det, v = om_dot(d, r) / det, t = om_dot(f, r) / det;
     return u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t <= 1;

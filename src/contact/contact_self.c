@@ -283,7 +283,9 @@ static bool update_friction(const OmSelfWork* w, OmSelfPair* p, double mu, OmVec
     OmVec3 right = om_scale(-max / far, p->slip);
     if (om_distance(used, right) <= SAME_FRICTION * fmax(max, mu * WEAK * w->strongest))
         return false;
-    bool is_damped = w->nsolve > VISCOUS_FROM;
+    // Newton's tangent is a force that does not depend on the slip: of a wrong push it would throw tissue away
+    bool is_damped = w->nsolve > VISCOUS_FROM || p->push > 2 * p->was_push ||
+                     p->push < 0.5 * p->was_push;
     if (om_dot(was, p->slip) < 0 && far > SLOW * h && !is_damped)
         try_to_stick(p, max, h);
     else
@@ -310,6 +312,7 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
         release(w, p);
         return true;
     }
+    p->was_push = p->push;
     p->push = fmax(0, -p->k * end);
     p->force = om_madd(om_sub(p->friction, om_mat3_apply(p->friction_K, d)), p->push, p->n);
     bool is_changed = update_friction(w, p, f->friction, d, h);

@@ -48,7 +48,7 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     double gap;        // m, n . sum weight x at the beginning of the step, less thickness
     double goal;       // m, gap required at its end
     double k;          // N/m
-    double push;    // N, of the last solve
+    double push, was_push;  // N, of the last two solves
     OmVec3 slip;    // m, tangential, of the last solve
     OmVec3 friction;    // N in the next solve at zero displacement
     OmMat3 friction_K;  // N/m, its decrease with the displacement

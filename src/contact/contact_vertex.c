@@ -167,6 +167,8 @@ OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTis
             pair->k = c->def.stiffness * om_tissue_vertex_stiffness(w, i);
             double end = om__contact_gap(cw, k, true, om_add(p, d), &pair->n);
             pair->push = fmax(0, om_dot(om_load3(last_force, i), pair->n));
+            // with self-contact the last force may be that of other tissue
+            if (cw->self && begin > c->ring) pair->push = 0;
             bool is_old = pair->push > 0 || begin < -ACTIVATE * c->size;
             pair->is_active =
                 is_old || (end - pair->goal < -ACTIVATE * c->size && is_facing(cw, x, i, normal));
