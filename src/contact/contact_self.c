@@ -18,13 +18,14 @@
 
 #include "contact/contact_internal.h"
 
-#define STIFF 100        // times the resistance against moving the two sides alone
-#define SLOW 1e-3        // m/s, below it friction is viscous
+#define STIFF 30         // times the resistance against moving the two sides alone
+#define SLOW 1e-4        // m/s, below it friction is viscous
 #define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
 #define VISCOUS_FROM 10  // solves; from then on friction is the viscosity that gives it
 #define WEAK 0.05        // of the strongest push: the error of weaker pairs is measured by this one's bound
 #define RELEASE 1e-8     // of the model's size: gap at which an active pair is released
 #define ACTIVATE 1e-6    // of the model's size: penetration at which a free pair becomes active
+#define TOUCH 3e-6       // of the model's size: gap at the beginning of a pair that the last step may have pushed
 #define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
 #define SAME_ANGLE 0.02  // rad, the same of the normal
 #define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
@@ -197,7 +198,7 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
                                        : 0;
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return;
-    bool is_in = near.distance - p->thickness < -ACTIVATE * f->size;
+    bool is_in = near.distance - p->thickness < TOUCH * f->size;
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return;
     linearise(w, p, &later);
