@@ -70,11 +70,6 @@ static OmVec3 area_of(const OmSelf* self, int tri, const double* x) {
     return om_cross(om_sub(om_load3(x, v[1]), a), om_sub(om_load3(x, v[2]), a));
 }
 
-static OmVec3 normal_of_edge(const OmSelf* self, int edge, const double* x) {
-    const int* t = self->edge_tri + 2 * (size_t)edge;
-    return om_add(om_normalize(area_of(self, t[0], x)), om_normalize(area_of(self, t[1], x)));
-}
-
 void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near) {
     OmVec3 p[4], out;
     bool is_edges = pair->first >= 0, is_border;
@@ -90,7 +85,7 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
         is_border = fmin(near->weight[0], near->weight[1]) < INSIDE ||
                     fmax(near->weight[2], near->weight[3]) > -INSIDE ||
                     om_norm2(om_cross(u, v)) < PARALLEL * om_norm2(u) * om_norm2(v);
-        out = om_sub(normal_of_edge(self, pair->second, x), normal_of_edge(self, pair->first, x));
+        out = pair->side;
     } else {
         is_border = fmax(near->weight[1], fmax(near->weight[2], near->weight[3])) > -INSIDE;
         out = area_of(self, pair->second, x);

@@ -54,18 +54,15 @@ typedef struct Search {
 static bool paths_meet(const Search* s, const int* a, int na, const int* b, int nb) {
     const double* x = s->work->x;
     for (size_t k = 0; k < 3; ++k) {
-        double alo = INFINITY, ahi = -INFINITY, blo = INFINITY, bhi = -INFINITY;
-        for (int n = 0; n < na; ++n) {
-            double p = x[3 * (size_t)a[n] + k], q = p + s->move[3 * (size_t)a[n] + k];
-            alo = fmin(alo, fmin(p, q));
-            ahi = fmax(ahi, fmax(p, q));
+        double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+        for (int n = 0; n < na + nb; ++n) {
+            int side = n >= na;
+            size_t at = 3 * (size_t)(side ? b[n - na] : a[n]) + k;
+            double p = x[at], q = p + s->move[at], min = p < q ? p : q, max = p < q ? q : p;
+            if (min < lo[side]) lo[side] = min;
+            if (max > hi[side]) hi[side] = max;
         }
-        for (int n = 0; n < nb; ++n) {
-            double p = x[3 * (size_t)b[n] + k], q = p + s->move[3 * (size_t)b[n] + k];
-            blo = fmin(blo, fmin(p, q));
-            bhi = fmax(bhi, fmax(p, q));
-        }
-        if (alo - s->reach > bhi + s->reach || blo - s->reach > ahi + s->reach) return false;
+        if (lo[0] - hi[1] > 2 * s->reach || lo[1] - hi[0] > 2 * s->reach) return false;
     }
     return true;
 }
@@ -187,9 +184,12 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     const OmSelf* f = cw->contact->self;
     OmSelfWork* w = cw->self;
     OmNear near, later;
+    if (p->first >= 0)
+        p->side = om_sub(edge_normal(f, w, p->second), edge_normal(f, w, p->first));
     om__near_eval(f, p, w->x, &near);
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) return;
+    if (p->first >= 0) p->side = near.n;
     p->thickness = f->thickness;
     if (near.distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));

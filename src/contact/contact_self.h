@@ -42,6 +42,7 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     int first, second;       // edges; of a vertex: -1 and its triangle
     bool is_dead;            // on the wrong side at the beginning: only its path is checked
     bool is_active, is_closed;
+    OmVec3 side;       // of two edges: towards the first one, by the surface around them at the beginning
     double weight[4];  // of the closest points; the first side is positive
     OmVec3 n;          // from the second side to the first, unit
     double thickness;  // m
@@ -84,7 +85,7 @@ typedef struct OmSelfWork {
 
 // ---- contact_near.c
 
-/// Closest points of a pair at positions x.
+/// Closest points of a pair at positions x; of two edges `side` is set.
 void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near);
 /// Distance of a pair, of any kind.
 double om__near_distance(const OmSelfPair* pair, const double* x);

@@ -10,6 +10,10 @@
 
 #include "contact/contact_self.h"
 
+// fmin and fmax are calls: they took a seventh of a search.
+static inline double least(double a, double b) { return a < b ? a : b; }
+static inline double most(double a, double b) { return a > b ? a : b; }
+
 // ---- edges, owners, bodies ----------------------------------------------------------------------------
 
 typedef struct Side {  // of a triangle
@@ -252,8 +256,8 @@ void om__self_work_destroy(OmSelfWork* w) {
 
 static void widen(double lo[3], double hi[3], const double p[3]) {
     for (int k = 0; k < 3; ++k) {
-        lo[k] = fmin(lo[k], p[k]);
-        hi[k] = fmax(hi[k], p[k]);
+        lo[k] = least(lo[k], p[k]);
+        hi[k] = most(hi[k], p[k]);
     }
 }
 
@@ -283,10 +287,10 @@ void om__self_refit(const OmSelf* f, OmSelfWork* w, const double* x, const doubl
         if (f->node[n].right) {
             const OmSelfBox *l = &w->box[n + 1], *r = &w->box[f->node[n].right];
             for (int k = 0; k < 3; ++k) {
-                b->lo[k] = fmin(l->lo[k], r->lo[k]);
-                b->hi[k] = fmax(l->hi[k], r->hi[k]);
-                b->nlo[k] = fmin(l->nlo[k], r->nlo[k]);
-                b->nhi[k] = fmax(l->nhi[k], r->nhi[k]);
+                b->lo[k] = least(l->lo[k], r->lo[k]);
+                b->hi[k] = most(l->hi[k], r->hi[k]);
+                b->nlo[k] = least(l->nlo[k], r->nlo[k]);
+                b->nhi[k] = most(l->nhi[k], r->nhi[k]);
             }
             continue;
         }
@@ -320,11 +324,11 @@ static bool boxes_meet(const OmSelfBox* a, const OmSelfBox* b) {
 
 // True if every normal of the one and every normal of the other have a cosine above 0.
 static bool normals_agree(const OmSelfBox* a, const OmSelfBox* b) {
-    double least = 0;
+    double sum = 0;
     for (int k = 0; k < 3; ++k)
-        least += fmin(fmin(a->nlo[k] * b->nlo[k], a->nlo[k] * b->nhi[k]),
-                      fmin(a->nhi[k] * b->nlo[k], a->nhi[k] * b->nhi[k]));
-    return least > 0;
+        sum += least(least(a->nlo[k] * b->nlo[k], a->nlo[k] * b->nhi[k]),
+                      least(a->nhi[k] * b->nlo[k], a->nhi[k] * b->nhi[k]));
+    return sum > 0;
 }
 
 OmStatus om__self_search(const OmSelf* f, OmSelfWork* w, bool skips, OmSelfMeetFn meet,
