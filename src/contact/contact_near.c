@@ -70,6 +70,25 @@ static OmVec3 area_of(const OmSelf* self, int tri, const double* x) {
     return om_cross(om_sub(om_load3(x, v[1]), a), om_sub(om_load3(x, v[2]), a));
 }
 
+// Whether a vertex at r from a point on the border of a triangle is nearest to that border: not where the triangle beyond
+// it is nearer. On a flat surface no border is, or its slant normals would brake what slides.
+static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3 r,
+                     const double* x) {
+    int corner = -1;
+    for (int k = 0; k < 3; ++k) {
+        if (weight[k + 1] < -INSIDE) continue;
+        if (corner >= 0) return false;  // a corner
+        corner = k;
+    }
+    int edge = self->tri_edge[3 * (size_t)tri + (size_t)(corner + 1) % 3];
+    const int *v = self->edge_vert + 2 * (size_t)edge, *t = self->edge_tri + 2 * (size_t)edge;
+    const int* w = self->tri_vert + 3 * (size_t)(t[0] == tri ? t[1] : t[0]);
+    int opposite = w[0] != v[0] && w[0] != v[1] ? w[0] : w[1] != v[0] && w[1] != v[1] ? w[1] : w[2];
+    OmVec3 a = om_load3(x, v[0]), along = om_normalize(om_sub(om_load3(x, v[1]), a)),
+           in = om_sub(om_load3(x, opposite), a);
+    return om_dot(r, om_madd(in, -om_dot(in, along), along)) < 0;
+}
+
 void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near) {
     OmVec3 p[4], out;
     bool is_edges = pair->first >= 0, is_border;
@@ -92,7 +111,9 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
     }
     double side = om_dot(r, out);
     near->is_front = side > 0;
-    if (is_border && (is_edges || side < 0)) return;  // another pair has the contact
+    // another pair has the contact
+    if (is_border && (is_edges || side < 0 || !is_ridge(self, pair->second, near->weight, r, x)))
+        return;
     near->distance = side < 0 ? -d : d;
     if (side < 0) near->n = om_scale(-1, near->n);
     if (d < 1e-12 * self->size) near->n = om_normalize(out);
