@@ -50,19 +50,20 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // Surfaces of the tissue keep apart: of one body that folds, and of bodies, the pieces of the mesh. Needs an engine
     // with a matrix and CG as its solver; default false
     bool self_contact;
-    double self_thickness;  // m, distance that they keep; 0 (default): a tenth of the mean edge of the surface
-    double self_friction;   // Coulomb's between them, 0 to 10, viscous below 1 mm/s; default 0
-    OmCookie cookie;     // set by om_contact_default_def
+    double
+        self_thickness;  // m, distance that they keep; 0 (default): a tenth of the mean edge of the surface
+    double self_friction;  // Coulomb's between them, 0 to 10, viscous below 1 mm/s; default 0
+    OmCookie cookie;       // set by om_contact_default_def
 } OmContactDef;
 
 typedef struct OmContactTouch {  // two places of the tissue that push each other
     int vert[4];                 // a vertex and a triangle, or the ends of two edges
-    double weight[4];            // vert[a] has the force weight[a] * force; of the first side positive, sum 0
-    int body[2];                 // of the first and the second side, om_contact_body_of
-    OmVec3 point;                // m, on the first side
-    OmVec3 normal;               // from the second side to the first
-    OmVec3 force;                // N, on the first side
-    double gap;                  // m, distance less thickness after the step
+    double weight[4];  // vert[a] has the force weight[a] * force; of the first side positive, sum 0
+    int body[2];       // of the first and the second side, om_contact_body_of
+    OmVec3 point;      // m, on the first side
+    OmVec3 normal;     // from the second side to the first
+    OmVec3 force;      // N, on the first side
+    double gap;        // m, distance less thickness after the step
 } OmContactTouch;
 
 typedef struct OmContactReport {

@@ -103,8 +103,9 @@ double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* 
 /// Add the forces of active pairs to the system.
 OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* work, double h);
 /// Compare the pairs with the last solution; out: how many changed.
-OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
-                                  const OmTissueWork* work, double h, bool is_damped, int* nchange);
+OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* model,
+                                  OmTissueState* state, const OmTissueWork* work, double h,
+                                  bool is_damped, int* nchange);
 /// Begin a line search from the solution `last` along `increment`: subtract the springs of the pairs from the parabola.
 void om__contact_begin_line(OmContactWork* cw, const OmTissueState* state, const double* last,
                             const double* increment, double h, OmContactLine* line);
@@ -113,7 +114,7 @@ void om__contact_add_line(const OmContactWork* cw, double at, double* slope);
 /// Free pairs stay free from now on.
 void om__contact_close_set(OmContactWork* cw);
 /// Write forces to the state; number of contacts, resultant and penetration to the report.
-OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
-                              const OmTissueWork* work, double h);
+OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* model,
+                                  OmTissueState* state, const OmTissueWork* work, double h);
 
 #endif

@@ -7,11 +7,12 @@
 #include "contact/contact_self.h"
 #include "omentum/shape_closest.h"
 
-#define INSIDE 1e-9        // a weight below it: the closest point is on the border
-#define PARALLEL 1e-6      // sin^2 of the angle between edges that have no single closest points
-#define IN_PLANE 1e-6      // sine of the angle between an edge and the plane of a triangle that it lies in
-#define ADVANCE 0.9        // part of the free way that one piece of a path takes
-#define MAX_ADVANCE 200    // pieces; a path that needs more is not free
+#define INSIDE 1e-9    // a weight below it: the closest point is on the border
+#define PARALLEL 1e-6  // sin^2 of the angle between edges that have no single closest points
+#define IN_PLANE \
+    1e-6  // sine of the angle between an edge and the plane of a triangle that it lies in
+#define ADVANCE 0.9      // part of the free way that one piece of a path takes
+#define MAX_ADVANCE 200  // pieces; a path that needs more is not free
 
 // Ericson 2005, "Real-time collision detection", 5.1.9; edges of no length are points.
 static void closest_of_edges(const OmVec3 p[4], double* s, double* t) {
@@ -139,9 +140,8 @@ static void load_path(const OmSelfPair* pair, const double* x, const double* end
         path->move[k] = om_sub(path->move[k], mean);
         speed[k] = om_norm(path->move[k]);
     }
-    path->fastest = path->is_edges
-                        ? fmax(speed[0], speed[1]) + fmax(speed[2], speed[3])
-                        : speed[0] + fmax(speed[1], fmax(speed[2], speed[3]));
+    path->fastest = path->is_edges ? fmax(speed[0], speed[1]) + fmax(speed[2], speed[3])
+                                   : speed[0] + fmax(speed[1], fmax(speed[2], speed[3]));
 }
 
 // Fraction of a path at which the distance falls to `least` (to a tenth more); 1: it does not. d: at its beginning.

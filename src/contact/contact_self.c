@@ -18,14 +18,16 @@
 
 #include "contact/contact_internal.h"
 
-#define STIFF 30         // times the resistance against moving the two sides alone
-#define SLOW 1e-4        // m/s, below it friction is viscous
+#define STIFF 30            // times the resistance against moving the two sides alone
+#define SLOW 1e-4           // m/s, below it friction is viscous
 #define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
-#define VISCOUS_FROM 10  // solves; from then on friction is the viscosity that gives it
-#define WEAK 0.05        // of the strongest push: the error of weaker pairs is measured by this one's bound
-#define RELEASE 1e-8     // of the model's size: gap at which an active pair is released
-#define ACTIVATE 1e-6    // of the model's size: penetration at which a free pair becomes active
-#define TOUCH 3e-6       // of the model's size: gap at the beginning of a pair that the last step may have pushed
+#define VISCOUS_FROM 10     // solves; from then on friction is the viscosity that gives it
+#define WEAK \
+    0.05  // of the strongest push: the error of weaker pairs is measured by this one's bound
+#define RELEASE 1e-8   // of the model's size: gap at which an active pair is released
+#define ACTIVATE 1e-6  // of the model's size: penetration at which a free pair becomes active
+#define TOUCH \
+    3e-6  // of the model's size: gap at the beginning of a pair that the last step may have pushed
 #define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
 #define SAME_ANGLE 0.02  // rad, the same of the normal
 #define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
@@ -184,8 +186,7 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     const OmSelf* f = cw->contact->self;
     OmSelfWork* w = cw->self;
     OmNear near, later;
-    if (p->first >= 0)
-        p->side = om_sub(edge_normal(f, w, p->second), edge_normal(f, w, p->first));
+    if (p->first >= 0) p->side = om_sub(edge_normal(f, w, p->second), edge_normal(f, w, p->first));
     om__near_eval(f, p, w->x, &near);
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) return;
@@ -193,9 +194,9 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->thickness = f->thickness;
     if (near.distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
-    p->goal = isfinite(near.distance) ? fmin(0, near.distance - p->thickness +
-                                                     cw->contact->def.recover_speed * h)
-                                       : 0;
+    p->goal = isfinite(near.distance)
+                  ? fmin(0, near.distance - p->thickness + cw->contact->def.recover_speed * h)
+                  : 0;
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return;
     bool is_in = near.distance - p->thickness < TOUCH * f->size;
@@ -285,8 +286,8 @@ static bool update_friction(const OmSelfWork* w, OmSelfPair* p, double mu, OmVec
     if (om_distance(used, right) <= SAME_FRICTION * fmax(max, mu * WEAK * w->strongest))
         return false;
     // Newton's tangent is a force that does not depend on the slip: of a wrong push it would throw tissue away
-    bool is_damped = w->nsolve > VISCOUS_FROM || p->push > 2 * p->was_push ||
-                     p->push < 0.5 * p->was_push;
+    bool is_damped =
+        w->nsolve > VISCOUS_FROM || p->push > 2 * p->was_push || p->push < 0.5 * p->was_push;
     if (om_dot(was, p->slip) < 0 && far > SLOW * h && !is_damped)
         try_to_stick(p, max, h);
     else

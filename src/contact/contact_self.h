@@ -32,9 +32,9 @@ typedef struct OmSelf {   // constant
     double thickness, friction, size;
 } OmSelf;
 
-typedef struct OmSelfBox {   // of a node
-    double lo[3], hi[3];     // of the path in the step
-    double nlo[3], nhi[3];   // of the unit normals around its vertices
+typedef struct OmSelfBox {  // of a node
+    double lo[3], hi[3];    // of the path in the step
+    double nlo[3], nhi[3];  // of the unit normals around its vertices
 } OmSelfBox;
 
 typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each other in a step
@@ -42,18 +42,19 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     int first, second;       // edges; of a vertex: -1 and its triangle
     bool is_dead;            // on the wrong side at the beginning: only its path is checked
     bool is_active, is_closed;
-    OmVec3 side;       // of two edges: towards the first one, by the surface around them at the beginning
-    double weight[4];  // of the closest points; the first side is positive
-    OmVec3 n;          // from the second side to the first, unit
-    double thickness;  // m
-    double gap;        // m, n . sum weight x at the beginning of the step, less thickness
-    double goal;       // m, gap required at its end
-    double k;          // N/m
+    OmVec3
+        side;  // of two edges: towards the first one, by the surface around them at the beginning
+    double weight[4];       // of the closest points; the first side is positive
+    OmVec3 n;               // from the second side to the first, unit
+    double thickness;       // m
+    double gap;             // m, n . sum weight x at the beginning of the step, less thickness
+    double goal;            // m, gap required at its end
+    double k;               // N/m
     double push, was_push;  // N, of the last two solves
-    OmVec3 slip;    // m, tangential, of the last solve
-    OmVec3 friction;    // N in the next solve at zero displacement
-    OmMat3 friction_K;  // N/m, its decrease with the displacement
-    OmVec3 force;  // N on the first side, of the last solve
+    OmVec3 slip;            // m, tangential, of the last solve
+    OmVec3 friction;        // N in the next solve at zero displacement
+    OmMat3 friction_K;      // N/m, its decrease with the displacement
+    OmVec3 force;           // N on the first side, of the last solve
     double depth, depth_rate;
 } OmSelfPair;
 

@@ -9,7 +9,8 @@
 #define DAMP_FROM 4          // solves before round obstacles damp the iteration
 #define ROUGH 0.1            // of the active pairs: if more switched, the next solve is loose
 #define LOOSE 1e-2           // its tolerance; a step never ends with such a solve
-#define WILD_AFTER 4  // solves; if then more pairs of self-contact switch than are active, the step is cut
+#define WILD_AFTER \
+    4  // solves; if then more pairs of self-contact switch than are active, the step is cut
 #define RENEW 0.2  // of the active pairs: if more switched, coarse matrices are made again
 
 // ---- vertices against obstacles -----------------------------------------------------------------------

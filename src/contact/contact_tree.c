@@ -327,19 +327,18 @@ static bool normals_agree(const OmSelfBox* a, const OmSelfBox* b) {
     double sum = 0;
     for (int k = 0; k < 3; ++k)
         sum += least(least(a->nlo[k] * b->nlo[k], a->nlo[k] * b->nhi[k]),
-                      least(a->nhi[k] * b->nlo[k], a->nhi[k] * b->nhi[k]));
+                     least(a->nhi[k] * b->nlo[k], a->nhi[k] * b->nhi[k]));
     return sum > 0;
 }
 
-OmStatus om__self_search(const OmSelf* f, OmSelfWork* w, bool skips, OmSelfMeetFn meet,
-                         void* ctx) {
+OmStatus om__self_search(const OmSelf* f, OmSelfWork* w, bool skips, OmSelfMeetFn meet, void* ctx) {
     int num = 0;
     w->stack[num++] = 0;
     w->stack[num++] = 0;
     while (num > 0) {
         int b = w->stack[--num], a = w->stack[--num];
-        OM_CHECK(num + 6 <= w->max_stack, OM_INVALID, "contact: the tree of %d triangles is too deep",
-                 f->ntri);
+        OM_CHECK(num + 6 <= w->max_stack, OM_INVALID,
+                 "contact: the tree of %d triangles is too deep", f->ntri);
         const OmSelfNode *p = &f->node[a], *q = &f->node[b];
         if (skips && normals_agree(&w->box[a], &w->box[b])) continue;
         if (a == b) {

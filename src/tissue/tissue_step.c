@@ -243,7 +243,9 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
     return status;
 }
 
-bool om_tissue_is_spent(const OmTissueModel* m, const OmTissueWork* w) { return om__is_spent(m, w); }
+bool om_tissue_is_spent(const OmTissueModel* m, const OmTissueWork* w) {
+    return om__is_spent(m, w);
+}
 
 void om_tissue_set_tolerance(OmTissueWork* w, double tolerance) {
     if (w->solver) om_solver_set_tolerance(w->solver, tolerance);

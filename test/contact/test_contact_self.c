@@ -11,8 +11,8 @@ static void append(OmTetMesh* mesh, OmTetMesh* more) {
     all.tet_vert = om_calloc(4 * (size_t)all.ntet, sizeof(int));
     all.tet_label = om_calloc((size_t)all.ntet, sizeof(int));
     for (int i = 0; i < all.nvert; ++i)
-        om_store3(all.x, i, i < mesh->nvert ? om_load3(mesh->x, i)
-                                            : om_load3(more->x, i - mesh->nvert));
+        om_store3(all.x, i,
+                  i < mesh->nvert ? om_load3(mesh->x, i) : om_load3(more->x, i - mesh->nvert));
     for (int k = 0; k < 4 * all.ntet; ++k)
         all.tet_vert[k] = k < 4 * mesh->ntet ? mesh->tet_vert[k]
                                              : more->tet_vert[k - 4 * mesh->ntet] + mesh->nvert;
@@ -141,8 +141,8 @@ static void test_friction_on_a_slope(void** state) {
         TestRig r;
         OmTetMesh small;
         rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.12, 0.03, 0.005), 12, 3, 1);
-        assert_ok(om_tet_mesh_box(om_vec3(0.096, 0.007, 0.0059), om_vec3(0.112, 0.023, 0.0099), 2, 2,
-                                  1, &small));
+        assert_ok(om_tet_mesh_box(om_vec3(0.096, 0.007, 0.0059), om_vec3(0.112, 0.023, 0.0099), 2,
+                                  2, 1, &small));
         append(&r.mesh, &small);
         int *vert = om_alloc((size_t)r.mesh.nvert, sizeof *vert), num = 0;
         for (int i = 0; i < r.mesh.nvert; ++i)
@@ -206,8 +206,7 @@ static void test_a_step_depends_on_the_state_alone(void** state) {
         if (nworker == 1) first = hash;
         assert_true(hash == first);
         memcpy((void*)r.s, copy, size);
-        for (int n = 6; n < 12; ++n)
-            assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
+        for (int n = 6; n < 12; ++n) assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
         assert_true(om_tissue_state_hash(r.s) == first);
         om_free(copy);
         rig_done(&r);
