@@ -50,8 +50,8 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // Surfaces of the tissue keep apart: of one body that folds, and of bodies, the pieces of the mesh. Needs an engine
     // with a matrix and CG as its solver; default false
     bool self_contact;
-    double
-        self_thickness;  // m, distance that they keep; 0 (default): a tenth of the mean edge of the surface
+    // m, distance that they keep, at most 0.1; 0 (default): a tenth of the mean edge of the surface
+    double self_thickness;
     double self_friction;  // Coulomb's between them, 0 to 10, viscous below 1 mm/s; default 0
     OmCookie cookie;       // set by om_contact_default_def
 } OmContactDef;

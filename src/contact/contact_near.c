@@ -71,8 +71,8 @@ static OmVec3 area_of(const OmSelf* self, int tri, const double* x) {
     return om_cross(om_sub(om_load3(x, v[1]), a), om_sub(om_load3(x, v[2]), a));
 }
 
-// Whether a vertex at r from a point on the border of a triangle is nearest to that border: not where the triangle beyond
-// it is nearer. On a flat surface no border is, or its slant normals would brake what slides.
+// Whether a vertex at r from a point on the border of a triangle is nearest to that border: not where the triangle
+// beyond it is nearer. On a flat surface no border is, or its slant normals would brake what slides.
 static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3 r,
                      const double* x) {
     int corner = -1;

@@ -1,17 +1,26 @@
 // contact_self.c: contact of tissue with itself inside a step.
 //
-// A pair is a vertex and a triangle, or two edges, of the tissue's surface. Its closest points w keep a thickness apart:
-// the force k (goal - gap) n at the end of the step acts on both sides in shares, gap = n . sum w x - thickness. So the
-// two sums of forces are opposite to rounding, and the pair is a tie of the system (tissue.h). k is STIFF times the
-// resistance against moving the two apart alone. As with obstacles (contact_vertex.c) the active pairs are found by
-// solving again, and closest points that differ at the solution are taken anew.
+// A pair is a vertex and a triangle, or two edges, of the tissue's surface. Its closest points w keep a thickness
+// apart: the force k (goal - gap) n at the end of the step acts on both sides in shares, gap = n . sum w x -
+// thickness. So the two sums of forces are opposite to rounding, and the pair is a tie of the system (tissue.h). k is
+// STIFF times the resistance against moving the two apart alone. As with obstacles (contact_vertex.c) the active pairs
+// are found by solving again, and closest points that differ at the solution are taken anew. A first guess that lies
+// on the other side takes those of the impact.
 //
-// Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the prediction by more than a
-// slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
+// Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the prediction by more than
+// a slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
 // the path of each candidate is followed (contact_near.c). A step in which surfaces would pass through each other is
-// refused, and cut by om_tissue_step_with. The side of a pair is that of the beginning: there surfaces are apart, for no
-// earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a thin sheet, are
-// behind each other and are dead: only their paths are checked.
+// refused, and cut by om_tissue_step_with. The side of a pair is that of the beginning: there surfaces are apart, for
+// no earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a thin sheet, are
+// behind each other: they are dead, and only those of two bodies have their paths checked.
+//
+// Friction is Coulomb's, linearised at the last slip: Newton's method. Where the slip turned round, the pair is tried
+// as sticking. A push that is far from the last one, as in first guesses, takes the viscosity instead: Newton's
+// tangent is a force that does not depend on the slip, and of a wrong push it threw a fold off its sheet. With the
+// viscosity alone, as for obstacles, an impact had not settled after twelve solves in 20 of 30 substeps.
+//
+// STIFF on a sheet of 819 vertices that lies folded on itself, 135 places, solves and CG iterations a step: 100: 5, 20;
+// 30: 4, 11, where it sinks in by 2 micrometres.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -304,10 +313,15 @@ static void release(OmSelfWork* w, OmSelfPair* p) {
     ++w->nswitch;
 }
 
+// Gap less goal at the end of the step, by the closest points of the last solve.
+static double gap_at_end(const OmSelfWork* w, const OmSelfPair* p) {
+    return p->gap - p->goal + om_dot(p->n, om_sub(relative(p, w->end), relative(p, w->x)));
+}
+
 // Compare an active pair with the solution; true if it must be solved again.
 static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double h, bool is_damped) {
     OmVec3 d = om_sub(relative(p, w->end), relative(p, w->x));
-    double end = p->gap + om_dot(p->n, d) - p->goal;
+    double end = gap_at_end(w, p);
     OmNear near;
     om__near_eval(f, p, w->end, &near);
     if (end > RELEASE * f->size || !isfinite(near.distance)) {
@@ -344,7 +358,8 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
     w->strongest = 0;
     ++w->nsolve;
     for (int k = 0; k < w->npair; ++k)
-        if (w->pair[k].is_active) w->strongest = fmax(w->strongest, w->pair[k].push);
+        if (w->pair[k].is_active)
+            w->strongest = fmax(w->strongest, -w->pair[k].k * gap_at_end(w, &w->pair[k]));
     for (int k = 0; k < w->npair; ++k) {
         OmSelfPair* p = &w->pair[k];
         if (p->is_dead) continue;

@@ -42,8 +42,8 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     int first, second;       // edges; of a vertex: -1 and its triangle
     bool is_dead;            // on the wrong side at the beginning: only its path is checked
     bool is_active, is_closed;
-    OmVec3
-        side;  // of two edges: towards the first one, by the surface around them at the beginning
+    // of two edges: towards the first one, by the surface around them at the beginning
+    OmVec3 side;
     double weight[4];       // of the closest points; the first side is positive
     OmVec3 n;               // from the second side to the first, unit
     double thickness;       // m
@@ -79,7 +79,7 @@ typedef struct OmSelfWork {
     int max_stack;
     int nactive, nswitch;
     int nsolve;        // in this substep
-    double strongest;  // N, push before the last solve
+    double strongest;  // N, push in the last solve
     int ntouch, max_touch;
     OmContactTouch* touch;
 } OmSelfWork;

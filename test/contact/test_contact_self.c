@@ -1,5 +1,5 @@
-// test_contact_self.c: tissue in contact with itself, and bodies of one mesh with each other: balance, weight, no passing
-// through, friction, thickness, what is refused; what the state alone decides.
+// test_contact_self.c: tissue in contact with itself, and bodies of one mesh with each other: balance, weight, no
+// passing through, friction, what is refused, and that the state alone decides.
 #include "test_rig.h"
 
 static const OmContactPlane floor_plane = {{0, 0, 0}, {0, 0, 1}};
@@ -132,8 +132,8 @@ static double strongest(const OmContactReport* report) {
     return push;
 }
 
-// On a slope of 14 degrees, tan 0.25: it slides with g (sin - mu cos) at mu 0.1, and stays at 0.5. Coulomb's bound holds
-// to 2 %.
+// On a slope of 14 degrees, tan 0.25: it slides with g (sin - mu cos) at mu 0.1, and stays at 0.5. Coulomb's bound
+// holds to 2 %.
 static void test_friction_on_a_slope(void** state) {
     (void)state;
     const double mu[2] = {0.1, 0.5}, slope = 0.25;
