@@ -53,6 +53,11 @@ typedef struct OmSceneTissue {
     OmTissueElement element;  // of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
+    // Tissue may not pass through itself, where finite elements or another engine with a matrix simulate it; default
+    // false
+    bool self_contact;
+    double self_thickness;  // m, distance that it keeps; default 0: a tenth of the mean edge
+    double self_friction;   // Coulomb's, tissue on tissue; default below 0: `friction`, none where that is not given
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000

@@ -39,6 +39,18 @@ typedef enum OmTissueElement {
 } OmTissueElement;
 OM_API const char* om_tissue_element_name(OmTissueElement element);  // "quadratic"; null: no such
 
+#define OM_BOND_VERT 5
+
+/// A spring between two places of the mesh, such as a patch of one body that another one holds: with p = sum weight[a]
+/// x[vert[a]], vertex vert[a] feels -weight[a] stiffness p. The two places coincide at rest, p = 0, and the weights
+/// sum to 0: a vertex of one body against the point of the other one's tetrahedron where it lies, (1, -bary), inside
+/// it or near it. Bodies that turn together feel no force.
+typedef struct OmTissueBond {
+    int vert[OM_BOND_VERT];  // of the definition's mesh; different ones where the weight is not 0
+    double weight[OM_BOND_VERT];
+    double stiffness;  // N/m, above 0
+} OmTissueBond;
+
 typedef struct OmTissueDef {              // made by om_tissue_default_def
     const struct OmTissueEngine* engine;  // by om_tissue_default_def; borrowed, a constant table
     // Options of the engine: OmPbdDef, OmChainDef, OmUmeshNet ...; null (default): the engine's defaults. Each engine's
@@ -62,6 +74,9 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     // N/m, a stiffness for each vertex of the set, in the set's order, instead of attachment_stiffness; copied; null
     // (default): all equal
     const double* attachment_springs;
+    // Springs inside the tissue, for engines with a matrix and CG as the solver; copied                       (nbond)
+    int nbond;
+    const OmTissueBond* bond;
     int max_newton;  // 1: one linearisation (thesis (3.5)); > 1: maximum of Newton's iterations; default 1
     double newton_tolerance;  // relative to the residual at the first linearisation; default 1e-3
     // Largest work of a step with all its substeps and Newton iterations, in CG iterations; each solve counts ten more
@@ -347,6 +362,8 @@ OM_API OmStatus om_tissue_get_attachment_force(const OmTissueModel* model,
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_holding_force(const OmTissueModel* model, const OmTissueState* state,
                                             double* force);
+/// Force of bond k on its first vertex over its weight, N; zero for no such bond.
+OM_API OmVec3 om_tissue_bond_force(const OmTissueModel* model, const OmTissueState* state, int k);
 /// Contact force on each vertex in the last step, N (nvert x 3); a contact method writes it.
 OM_API double* om_tissue_contact_force(OmTissueState* state);
 

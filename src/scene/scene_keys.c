@@ -62,6 +62,13 @@ static const OmYamlField tissue_field[] = {
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
      .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
+    {"self_contact", OM_YAML_BOOL, AT(OmSceneTissue, self_contact),
+     .help = "may tissue not pass through itself? Needs `engine: fem`; the simulated truth has it"},
+    {"self_thickness_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, self_thickness), .min = 0, .max = 20,
+     .scale = MM, .unit = "mm",
+     .help = "distance that surfaces of the tissue keep; 0: a tenth of the mean edge"},
+    {"self_friction", OM_YAML_DOUBLE, AT(OmSceneTissue, self_friction), .min = 0, .max = 10,
+     .help = "Coulomb's, tissue on tissue; left out: `friction`, none where that is left out"},
     // the numbers that can be calibrated are at the end: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
      .help = "Young's modulus; left out on a patient or a volume: its own materials"},

@@ -21,6 +21,7 @@ OmScene om_scene_default(void) {
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
                                .friction = -1,
+                               .self_friction = -1,
                                .has_board = true,
                                .law = OM_NEO_HOOKEAN,
                                .young = 3000,

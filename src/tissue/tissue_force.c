@@ -24,6 +24,21 @@ static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, i
     return om_scale(-1, on);
 }
 
+// The forces of bonds on the vertices of a mask: their sum, and each of them unless `force` is null.
+static OmStatus add_bonds_of_held(const OmTissueModel* m, const OmTissueState* s,
+                                  const unsigned char* mask, double* force, OmVec3* sum) {
+    if (m->nbond == 0) return OM_OK;
+    double* all = om_calloc(3 * (size_t)m->mesh.nvert, sizeof *all);
+    if (!all) return OM_NO_MEMORY;
+    om__bonds_add(m, om__state_array(s, OM__X), mask, all);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        *sum = om_add(*sum, om_load3(all, i));
+        if (force) om_store3(force, i, om_add(om_load3(force, i), om_load3(all, i)));
+    }
+    om_free(all);
+    return OM_OK;
+}
+
 // Elastic forces on fixed vertices: their sum, and each of them unless `force` (nvert x 3) is null.
 static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState* s, double* force,
                                     OmVec3* sum) {
@@ -42,6 +57,7 @@ static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState*
         mask = copy;
     }
     OmStatus status = m->engine->add_internal_force(m, om__state_array(s, OM__X), mask, force, sum);
+    if (status == OM_OK) status = add_bonds_of_held(m, s, mask, force, sum);
     om_free(copy);
     return status;
 }
@@ -75,7 +91,9 @@ OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueStat
     OM_CHECK(m->engine->add_internal_force, OM_UNAVAILABLE,
              "tissue: engine \"%s\" has no internal forces", m->engine->name);
     memset(force, 0, 3 * (size_t)m->mesh.nvert * sizeof(double));
-    return m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
+    OM_TRY(m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum));
+    om__bonds_add(m, om__state_array(s, OM__X), NULL, force);
+    return OM_OK;
 }
 
 OmStatus om_tissue_get_attachment_force(const OmTissueModel* m, const OmTissueState* s,
@@ -125,6 +143,7 @@ OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
         double k = om__state_stiffness(s)[i];
         if (k > 0) energy->spring += 0.5 * k * om_norm2(om_sub(p, om_load3(anchor, i)));
     }
+    energy->spring += om__bonds_add(m, x, NULL, NULL);
     return m->engine->get_energy ? m->engine->get_energy(m, x, &energy->elastic) : OM_OK;
 }
 

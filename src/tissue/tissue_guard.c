@@ -86,6 +86,8 @@ typedef struct Balance {  // J
 static Balance balance_step(const OmTissueModel* m, const OmTissueState* s, const OmTissueWork* w) {
     Balance b = {.work = work_of_added(w)};
     b.effort = fabs(b.work);
+    b.change = om__bonds_add(m, w->x_end, NULL, NULL) -
+               om__bonds_add(m, om__state_array(s, OM__X), NULL, NULL);
     const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
     const double *anchor = om__state_array(s, OM__ANCHOR), *f = om__state_array(s, OM__F_EXT);
     for (int i = 0; i < w->nvert; ++i) {

@@ -24,6 +24,8 @@ struct OmTissueModel {
     int* surface_vert;      // vertices of the boundary, ascending                (nsurface)
     const OmMeshSet* held;  // set "attachment", or null
     double* stiffness;      // default stiffness of attachments, N/m        (nvert)
+    int nbond;              //
+    OmTissueBond* bond;     //                                                     (nbond)
     double size;            // diagonal of the bounding box, m
     double total_mass;      // kg
     double total_mu;        // J, sum of V mu over elements
@@ -149,6 +151,7 @@ struct OmTissueWork {
     int ntie, max_tie;        // forces between places, tissue_tie.c
     OmTissueTie* tie;         //                                                        (max_tie)
     OmTies* ties;             // their matrix; null before the first tie
+    OmTies* bonds;  // matrix of the bonds; null without bonds
     OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
     bool is_static;           // statics: no inertia, h is 1
     double force_scale;       // N, added to b where residuals are scaled
@@ -239,7 +242,16 @@ void om__points_undo(OmTissueWork* work);
 // ---- tissue_tie.c ---------------------------------------------------------------------------------
 
 /// Add forces between places to A and rhs.
-OmStatus om__ties_apply(const OmTissueState* state, OmTissueWork* work);
+OmStatus om__ties_apply(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work);
+/// The engine's assembly, and the bonds.
+OmStatus om__assemble(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                      const OmAssembly* at);
+/// Add the forces of bonds at x (nvert x 3) to those of the vertices in a mask (null: all); their energy, J. force may
+/// be null.
+double om__bonds_add(const OmTissueModel* model, const double* x, const unsigned char* mask,
+                     double* force);
+/// @return OM_OK; OM_INVALID (the message names bond and field); OM_NO_MEMORY
+OmStatus om__bonds_copy(const OmTissueDef* def, OmTissueModel* model);
 /// Work of these forces, at the end of the step, along the displacements d (nvert x 3), J.
 double om__ties_work(const OmTissueWork* work, const double* d);
 

@@ -276,6 +276,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     }
     m->def.mesh = &m->mesh;
     OM_TRY_DONE(set_stiffness(m, def->attachment_springs));
+    OM_TRY_DONE(om__bonds_copy(def, m));
     OM_TRY_DONE(copy_materials(m, def));
     OM_TRY_DONE(load_options(m, def->input));
     OM_TRY_DONE(lump_mass(m));
@@ -296,6 +297,7 @@ void om_tissue_destroy(OmTissueModel* m) {
     om_free((void*)(uintptr_t)m->def.material);
     om_free(m->elem_node);
     om_free(m->mid_end);
+    om_free(m->bond);
     om_free(m->mass);
     om_free(m->volume);
     om_free(m->surface_vert);

@@ -53,6 +53,7 @@ static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, O
             spring += 0.5 * stiffness[i] * om_norm2(om_sub(x, om_load3(anchor, i)));
     }
     OM_TRY(m->engine->eval_balance(m, w, w->x_end, w->elastic, &elastic));
+    spring += om__bonds_add(m, w->x_end, NULL, w->elastic);
     double moving = w->is_static ? 0 : 0.5 * inertia + 0.5 * w->h * m->def.rayleigh_mass * damping;
     *potential = moving + elastic + spring - work;
     return OM_OK;
@@ -94,7 +95,7 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
                      .spring = h * h,
                      .is_exact = is_exact};
     om_tissue_clear_forces(w);
-    OM_TRY(m->engine->assemble(m, s, w, &at));
+    OM_TRY(om__assemble(m, s, w, &at));
     for (int i = 0; i < w->nvert; ++i) {
         OmVec3 down = downhill(m, s, w, dv, i);
         if (!w->key[i]) sum += om_norm2(down);
@@ -197,7 +198,7 @@ static OmStatus predict(const OmTissueModel* m, OmTissueState* s, OmTissueWork* 
             w->v_end[n] = w->dv[n];
             w->x_end[n] = om__state_array(s, OM__X)[n] + w->h * w->dv[n];
         }
-        OM_TRY(m->engine->assemble(m, s, w, &at));
+        OM_TRY(om__assemble(m, s, w, &at));
         om_bsr_apply(&w->A, m->def.solver.nworker, w->dv, w->trial);
         for (size_t n = 0; n < n3; ++n) w->b[n] += w->trial[n];
         w->is_stale = true;
@@ -338,7 +339,7 @@ OmStatus om__relinearise(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
                      .lag = beta,
                      .spring = h * h};
     om_tissue_clear_forces(w);
-    OM_TRY(m->engine->assemble(m, s, w, &at));
+    OM_TRY(om__assemble(m, s, w, &at));
     om_bsr_apply(&w->A, m->def.solver.nworker, w->dv, w->trial);
     for (int i = 0; i < w->nvert; ++i) {
         OmVec3 b = om_madd(om_load3(w->b, i), -m->mass[i], om_load3(w->dv, i));

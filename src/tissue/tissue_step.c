@@ -92,6 +92,7 @@ void om_tissue_work_destroy(OmTissueWork* w) {
     om_free(w->point);
     om_free(w->undo);
     om_ties_destroy(w->ties);
+    om_ties_destroy(w->bonds);
     om_free(w->tie);
     om_free(w->backup);
     om_free(w);
@@ -124,7 +125,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     OM_CHECK(om__has_matrix(m), OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
              m->engine->name);
     w->nextra = w->npoint = w->nundo = w->ntie = 0;
-    w->A.ties = NULL;
+    w->A.ties = w->bonds;
     memset(w->is_extra, 0, (size_t)w->nvert);
     w->force_scale = 0;
     om_solver_set_tolerance(w->solver, 0);
@@ -140,7 +141,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
                      .lag = h + b,
                      .spring = h * h,
                      .spring_lag = h};
-    if (!w->is_static) OM_TRY(m->engine->assemble(m, s, w, &at));
+    if (!w->is_static) OM_TRY(om__assemble(m, s, w, &at));
     w->h = h;
     w->is_fresh = w->is_stale = true;
     memset(w->dv, 0, 3 * (size_t)w->nvert * sizeof(double));
@@ -178,11 +179,11 @@ void om_tissue_clear_forces(OmTissueWork* w) {
                9 * sizeof(float));
     }
     w->nextra = w->npoint = w->ntie = 0;
-    w->A.ties = NULL;
+    w->A.ties = w->bonds;
 }
 
 // Add the extra forces to the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
-static OmStatus add_extra(const OmTissueState* s, OmTissueWork* w) {
+static OmStatus add_extra(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
     const double* v = om__state_array(s, OM__V);
     memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof(double));
     om__points_undo(w);
@@ -196,7 +197,7 @@ static OmStatus add_extra(const OmTissueState* s, OmTissueWork* w) {
         om_bsr_add(&w->A, w->A.row_adr[i], om_mat3_scale(w->h * w->h, w->extra_K[i]));
     }
     om__points_apply(s, w);
-    return om__ties_apply(s, w);
+    return om__ties_apply(m, s, w);
 }
 
 // Penalties on moving vertices make the right-hand side large, and any residual of the tissue is small relative to it.
@@ -222,9 +223,8 @@ static OmStatus refresh_solver(OmTissueWork* w) {
 
 OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                               OmTissueReport* report) {
-    (void)m;
     OM_CHECK(w->h > 0, OM_INVALID, "tissue: om_tissue_begin_step must come first");
-    OM_TRY(add_extra(s, w));
+    OM_TRY(add_extra(m, s, w));
     OM_TRY(refresh_solver(w));
     om_solver_set_reference(w->solver, reference_norm(w));
     OmSolveInfo info = {0};

@@ -1,8 +1,109 @@
-// tissue_tie.c: forces between places of the tissue that need share no element.
+// tissue_tie.c: forces between places of the tissue that need share no element, and bonds, springs that stay.
 //
 // With p = sum w_a x_a and the force f - K (p_end - p_begin) on it, vertex a gets h w_a f - h^2 w_a K v_p on the
-// right-hand side, and A the tie h^2 w_a w_b K (solve.h), beside its pattern.
+// right-hand side, and A the tie h^2 w_a w_b K (solve.h), beside its pattern. Bonds are a part of every assembly, as
+// the springs of attachments are; forces that a method adds come and go with each solve.
+#include <string.h>
+
 #include "tissue/tissue_internal.h"
+
+// ---- bonds ------------------------------------------------------------------------------------------
+
+#define AT_REST 1e-9  // of the model's size: distance of the two places of a bond at rest
+
+static OmVec3 bond_place(const OmTissueBond* b, const double* x) {
+    OmVec3 p = {0, 0, 0};
+    for (int a = 0; a < OM_BOND_VERT; ++a) p = om_madd(p, b->weight[a], om_load3(x, b->vert[a]));
+    return p;
+}
+
+static OmStatus check_bond(const OmTissueModel* m, double size, int k) {
+    const OmTissueBond* b = &m->bond[k];
+    double sum = 0;
+    for (int a = 0; a < OM_BOND_VERT; ++a) {
+        OM_CHECK(b->vert[a] >= 0 && b->vert[a] < m->ncorner, OM_INVALID,
+                 "tissue: bond[%d]: vertex %d is not one of the mesh's %d", k, b->vert[a],
+                 m->ncorner);
+        sum += b->weight[a];
+    }
+    OM_CHECK(b->stiffness > 0 && b->stiffness <= OM__MAX_STIFFNESS, OM_INVALID,
+             "tissue: bond[%d].stiffness is %g N/m; it must be above 0 and at most %g", k,
+             b->stiffness, OM__MAX_STIFFNESS);
+    double apart = om_norm(bond_place(b, m->mesh.x));
+    OM_CHECK(fabs(sum) <= 1e-9 && apart <= AT_REST * size, OM_INVALID,
+             "tissue: bond[%d]: its weights sum to %g, and its places are %g m apart at rest; both "
+             "must be 0",
+             k, sum, apart);
+    return OM_OK;
+}
+
+OmStatus om__bonds_copy(const OmTissueDef* def, OmTissueModel* m) {
+    m->def.bond = NULL;  // borrowed until here
+    OM_CHECK(def->nbond >= 0 && (def->nbond == 0 || def->bond), OM_INVALID,
+             "tissue: nbond is %d, and bond is null or the count negative", def->nbond);
+    if (def->nbond == 0) return OM_OK;
+    OM_CHECK(om__has_matrix(m), OM_UNAVAILABLE, "tissue: bonds need an engine with a matrix");
+    OM_ALLOC(m->bond, def->nbond);
+    m->nbond = def->nbond;
+    memcpy(m->bond, def->bond, (size_t)m->nbond * sizeof *m->bond);
+    double size = 0;
+    for (int i = 0; i < m->ncorner; ++i)
+        size = fmax(size, om_distance(om_load3(m->mesh.x, i), om_load3(m->mesh.x, 0)));
+    for (int k = 0; k < m->nbond; ++k) OM_TRY(check_bond(m, size, k));
+    return OM_OK;
+}
+
+double om__bonds_add(const OmTissueModel* m, const double* x, const unsigned char* mask,
+                     double* force) {
+    double energy = 0;
+    for (int k = 0; k < m->nbond; ++k) {
+        const OmTissueBond* b = &m->bond[k];
+        OmVec3 p = bond_place(b, x);
+        energy += 0.5 * b->stiffness * om_norm2(p);
+        for (int a = 0; a < OM_BOND_VERT && force; ++a) {
+            int i = b->vert[a];
+            if (mask && !mask[i]) continue;
+            om_store3(force, i, om_madd(om_load3(force, i), -b->weight[a] * b->stiffness, p));
+        }
+    }
+    return energy;
+}
+
+OmVec3 om_tissue_bond_force(const OmTissueModel* m, const OmTissueState* s, int k) {
+    if (k < 0 || k >= m->nbond) return om_vec3(0, 0, 0);
+    return om_scale(-m->bond[k].stiffness, bond_place(&m->bond[k], om__state_array(s, OM__X)));
+}
+
+static OmStatus add_bonds(const OmTissueModel* m, double factor, OmTies* ties) {
+    for (int k = 0; k < m->nbond; ++k) {
+        const OmTissueBond* b = &m->bond[k];
+        OmMat3 K = om_mat3_scale(factor * b->stiffness, om_mat3_identity());
+        OM_TRY(om_ties_add(ties, OM_BOND_VERT, b->vert, b->weight, K));
+    }
+    return OM_OK;
+}
+
+OmStatus om__assemble(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
+                      const OmAssembly* at) {
+    OM_TRY(m->engine->assemble(m, s, w, at));
+    w->A.ties = NULL;
+    if (m->nbond == 0) return OM_OK;
+    if (!w->bonds) OM_TRY(om_ties_create(w->nvert, &w->bonds));
+    om_ties_clear(w->bonds);
+    OM_TRY(add_bonds(m, at->spring, w->bonds));
+    OM_TRY(om_ties_sum(w->bonds));
+    w->A.ties = w->bonds;
+    for (int k = 0; k < m->nbond; ++k) {
+        const OmTissueBond* b = &m->bond[k];
+        OmVec3 p = om_madd(bond_place(b, at->x), at->spring_lag, bond_place(b, at->v));
+        for (int a = 0; a < OM_BOND_VERT; ++a)
+            om_store3(w->b, b->vert[a], om_madd(om_load3(w->b, b->vert[a]),
+                                                -at->force * b->weight[a] * b->stiffness, p));
+    }
+    return OM_OK;
+}
+
+// ---- forces of a method -----------------------------------------------------------------------------
 
 OmStatus om_tissue_add_tie(OmTissueWork* w, const int vert[4], const double weight[4], OmVec3 f,
                            OmMat3 K) {
@@ -33,12 +134,13 @@ static OmVec3 place_of(const OmTissueTie* t, const double* x) {
     return p;
 }
 
-OmStatus om__ties_apply(const OmTissueState* s, OmTissueWork* w) {
-    w->A.ties = NULL;
+OmStatus om__ties_apply(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+    w->A.ties = w->bonds;
     if (w->ntie == 0) return OM_OK;
     if (!w->ties) OM_TRY(om_ties_create(w->nvert, &w->ties));
     om_ties_clear(w->ties);
     const double *v = om__state_array(s, OM__V), h = w->h;
+    OM_TRY(add_bonds(m, h * h, w->ties));
     for (int k = 0; k < w->ntie; ++k) {
         const OmTissueTie* t = &w->tie[k];
         OmVec3 add = om_madd(om_scale(h, t->f), -h * h, om_mat3_apply(t->K, place_of(t, v)));
