@@ -151,7 +151,7 @@ struct OmTissueWork {
     int ntie, max_tie;        // forces between places, tissue_tie.c
     OmTissueTie* tie;         //                                                        (max_tie)
     OmTies* ties;             // their matrix; null before the first tie
-    OmTies* bonds;  // matrix of the bonds; null without bonds
+    OmTies* bonds;            // matrix of the bonds; null without bonds
     OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
     bool is_static;           // statics: no inertia, h is 1
     double force_scale;       // N, added to b where residuals are scaled

@@ -97,8 +97,9 @@ OmStatus om__assemble(const OmTissueModel* m, const OmTissueState* s, OmTissueWo
         const OmTissueBond* b = &m->bond[k];
         OmVec3 p = om_madd(bond_place(b, at->x), at->spring_lag, bond_place(b, at->v));
         for (int a = 0; a < OM_BOND_VERT; ++a)
-            om_store3(w->b, b->vert[a], om_madd(om_load3(w->b, b->vert[a]),
-                                                -at->force * b->weight[a] * b->stiffness, p));
+            om_store3(
+                w->b, b->vert[a],
+                om_madd(om_load3(w->b, b->vert[a]), -at->force * b->weight[a] * b->stiffness, p));
     }
     return OM_OK;
 }

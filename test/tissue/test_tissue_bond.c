@@ -20,8 +20,7 @@ static void rig_joined(TestRig* r, double stiffness, int nz, OmTissueElement ele
     for (int i = 0; i < all.nvert; ++i)
         om_store3(all.x, i, i < n ? om_load3(r->mesh.x, i) : om_load3(more.x, i - n));
     for (int k = 0; k < 4 * all.ntet; ++k)
-        all.tet_vert[k] =
-            k < 4 * ntet ? r->mesh.tet_vert[k] : more.tet_vert[k - 4 * ntet] + n;
+        all.tet_vert[k] = k < 4 * ntet ? r->mesh.tet_vert[k] : more.tet_vert[k - 4 * ntet] + n;
     // a model of the first block finds the tetrahedra of its end face
     r->def.mesh = &r->mesh;
     OmTissueModel* first;
