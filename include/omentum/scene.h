@@ -57,8 +57,8 @@ typedef struct OmSceneTissue {
     // false
     bool self_contact;
     double self_thickness;  // m, distance that it keeps; default 0: a tenth of the mean edge
-    double
-        self_friction;  // Coulomb's, tissue on tissue; default below 0: `friction`, none where that is not given
+    // Coulomb's, tissue on tissue; default below 0: `friction`, none where that is not given
+    double self_friction;
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
