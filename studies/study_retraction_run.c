@@ -20,9 +20,9 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 19
-#define METHOD_FRAS 5
-#define METHOD_SEARCH 1
+#define METHOD 20
+#define METHOD_FRAS 6
+#define METHOD_SEARCH 2
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
