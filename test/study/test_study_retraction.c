@@ -230,7 +230,8 @@ static void test_study(void** unused) {
     const OmRetractionScore* pair = &one.random[OM_RETRACTION_DEFRAS];
     d.parts = OM_RETRACTION_SEARCHES;
     assert_ok(om_study_retraction_run(&d, NULL, &two));
-    static const char* const search[] = {"scenario-1-fewer-search.bin", "scenario-1-more-search.bin",
+    static const char* const search[] = {"scenario-1-fewer-search.bin",
+                                         "scenario-1-more-search.bin",
                                          "laboratory-a-belief-fewer-search.bin"};
     int nboth = 0;
     for (int k = 0; k < 3; ++k) {
