@@ -45,6 +45,10 @@ OM_API void om_tet_mesh_done(OmTetMesh* mesh);
 /// Deep copy; `out` is overwritten.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out);
+/// Two meshes as one, of two bodies: the vertices, tetrahedra and labels of `a` come first. Sets of one name are joined.
+/// @param out  overwritten
+/// @return OM_OK; OM_INVALID (too many vertices); OM_NO_MEMORY
+OM_API OmStatus om_tet_mesh_join(const OmTetMesh* a, const OmTetMesh* b, OmTetMesh* out);
 /// Add a named set (copied, sorted, repeats dropped); replaces a set of the same name.
 /// @return OM_OK; OM_INVALID (a name that is empty or too long, a vertex that does not exist); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_add_set(OmTetMesh* mesh, const char* name, const int* vert, int nvert);

@@ -123,6 +123,17 @@ OM_API const int* om_tissue_surface_vert(const OmTissueModel* model, int* nvert)
 /// Bytes of model, one state and one work; by ntet it is the memory per element.
 OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* work);
 
+/// Bonds that hold vertices of one body on another one: each with the tetrahedron of the other body in which it lies, or
+/// whose barycentric coordinates say that it lies nearest.
+/// @param vert        vertices of one body                                                         (nvert)
+/// @param tet_begin   tetrahedra of the other body: [tet_begin, tet_end), as om_tet_mesh_join leaves them
+/// @param stiffness   N/m, of each bond
+/// @param bond        out                                                                          (nvert)
+/// @return OM_OK; OM_INVALID (a vertex or a tetrahedron out of range, a vertex of the other body)
+OM_API OmStatus om_tissue_make_bonds(const OmTetMesh* mesh, int nvert, const int* vert,
+                                     int tet_begin, int tet_end, double stiffness,
+                                     OmTissueBond* bond);
+
 // ---- state ----------------------------------------------------------------------------------------
 
 /// A state in the rest shape, at rest. The mesh's set "attachment", if any, is attached as the definition says.

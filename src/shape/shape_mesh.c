@@ -75,6 +75,46 @@ OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out) {
     return OM_OK;
 }
 
+static OmStatus join_sets(const OmTetMesh* a, const OmTetMesh* b, OmTetMesh* out) {
+    for (int s = 0; s < a->nset + b->nset; ++s) {
+        const OmMeshSet* set = s < a->nset ? &a->set[s] : &b->set[s - a->nset];
+        const OmMeshSet* first = om_tet_mesh_find_set(a, set->name);
+        if (s >= a->nset && first) continue;  // was joined with the first one
+        const OmMeshSet* second = om_tet_mesh_find_set(b, set->name);
+        int na = first ? first->nvert : 0, nb = second ? second->nvert : 0;
+        int* vert = om_alloc((size_t)na + (size_t)nb, sizeof *vert);
+        if (!vert) return OM_NO_MEMORY;
+        for (int k = 0; k < na; ++k) vert[k] = first->vert[k];
+        for (int k = 0; k < nb; ++k) vert[na + k] = second->vert[k] + a->nvert;
+        OmStatus status = om_tet_mesh_add_set(out, set->name, vert, na + nb);
+        om_free(vert);
+        if (status < 0) return status;
+    }
+    return OM_OK;
+}
+
+OmStatus om_tet_mesh_join(const OmTetMesh* a, const OmTetMesh* b, OmTetMesh* out) {
+    *out = (OmTetMesh){0};
+    OM_CHECK((int64_t)a->nvert + b->nvert < INT32_MAX / 4 &&
+                 (int64_t)a->ntet + b->ntet < INT32_MAX / 16,
+             OM_INVALID, "meshes of %d and %d vertices are too large for one", a->nvert, b->nvert);
+    OmTetMesh all;
+    OM_TRY(om_tet_mesh_init(&all, a->nvert + b->nvert, a->ntet + b->ntet));
+    memcpy(all.x, a->x, 3 * (size_t)a->nvert * sizeof(double));
+    memcpy(all.x + 3 * (size_t)a->nvert, b->x, 3 * (size_t)b->nvert * sizeof(double));
+    memcpy(all.tet_vert, a->tet_vert, 4 * (size_t)a->ntet * sizeof(int));
+    for (size_t k = 0; k < 4 * (size_t)b->ntet; ++k)
+        all.tet_vert[4 * (size_t)a->ntet + k] = b->tet_vert[k] + a->nvert;
+    memcpy(all.tet_label, a->tet_label, (size_t)a->ntet * sizeof(int));
+    memcpy(all.tet_label + a->ntet, b->tet_label, (size_t)b->ntet * sizeof(int));
+    OmStatus status = join_sets(a, b, &all);
+    if (status < 0)
+        om_tet_mesh_done(&all);
+    else
+        *out = all;
+    return status;
+}
+
 // ---- named sets -------------------------------------------------------------------------------------
 
 // Sort and remove repeats with one flag per vertex: linear, and a set often has half the vertices of the mesh.

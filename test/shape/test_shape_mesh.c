@@ -117,6 +117,34 @@ static void test_sets_are_sorted_and_replaced(void** unused) {
     om_tet_mesh_done(&m);
 }
 
+// Two bodies of one mesh: the first one's vertices and tetrahedra come first, sets of one name are joined.
+static void test_join(void** unused) {
+    (void)unused;
+    OmTetMesh a, b, m;
+    const int one[] = {0, 3}, two[] = {1}, three[] = {2};
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 1, 1, 1, &a));
+    assert_ok(om_tet_mesh_box(om_vec3(2, 0, 0), om_vec3(4, 1, 1), 2, 1, 1, &b));
+    for (int t = 0; t < b.ntet; ++t) b.tet_label[t] = 5;
+    assert_ok(om_tet_mesh_add_set(&a, "attachment", one, 2));
+    assert_ok(om_tet_mesh_add_set(&b, "attachment", two, 1));
+    assert_ok(om_tet_mesh_add_set(&b, "roi", three, 1));
+    assert_ok(om_tet_mesh_join(&a, &b, &m));
+    assert_ok(om_tet_mesh_validate(&m));
+    assert_int_equal(m.nvert, a.nvert + b.nvert);
+    assert_near(om_tet_mesh_volume(&m), 1 + 2, 1e-12);
+    assert_int_equal(m.tet_label[a.ntet - 1], 0);
+    assert_int_equal(m.tet_label[a.ntet], 5);
+    const OmMeshSet* set = om_tet_mesh_find_set(&m, "attachment");
+    assert_int_equal(m.nset, 2);
+    assert_int_equal(set->nvert, 3);
+    assert_int_equal(set->vert[1], 3);
+    assert_int_equal(set->vert[2], 1 + a.nvert);
+    assert_int_equal(om_tet_mesh_find_set(&m, "roi")->vert[0], 2 + a.nvert);
+    om_tet_mesh_done(&a);
+    om_tet_mesh_done(&b);
+    om_tet_mesh_done(&m);
+}
+
 static void test_validate_names_the_offender(void** unused) {
     (void)unused;
     OmTetMesh m;
@@ -146,6 +174,8 @@ static OmStatus build_everything(void) {
     OM_TRY_DONE(om_tet_mesh_add_set(&m, "a", pick, 2));
     OM_TRY_DONE(om_tet_mesh_add_set(&m, "b", pick, 2));
     OM_TRY_DONE(om_tet_mesh_copy(&m, &copy));
+    om_tet_mesh_done(&copy);
+    OM_TRY_DONE(om_tet_mesh_join(&m, &m, &copy));
     OM_TRY_DONE(om_tet_mesh_boundary(&m, &s, &vert));
 done:
     om_free(vert);
@@ -179,6 +209,7 @@ int main(void) {
         cmocka_unit_test(test_quality_by_hand),
         cmocka_unit_test(test_parts_by_their_share),
         cmocka_unit_test(test_sets_are_sorted_and_replaced),
+        cmocka_unit_test(test_join),
         cmocka_unit_test(test_validate_names_the_offender),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };

@@ -8,41 +8,18 @@ enum { NX = 4, NY = 2, NZ = 2 };
 /// Two blocks of 40 x 20 x 20 mm end to end, the first held at x = 0; bonds at the vertices of the faces between them.
 /// The second block has another mesh, `nz` cells high.
 static void rig_joined(TestRig* r, double stiffness, int nz, OmTissueElement element) {
-    OmTetMesh more, all = {0};
-    rig_box(r, om_vec3(0, 0, 0), om_vec3(0.04, 0.02, 0.02), NX, NY, NZ);
-    assert_ok(om_tet_mesh_box(om_vec3(0.04, 0, 0), om_vec3(0.08, 0.02, 0.02), NX, NY, nz, &more));
-    int n = r->mesh.nvert, ntet = r->mesh.ntet;
-    all.nvert = n + more.nvert;
-    all.ntet = ntet + more.ntet;
-    all.x = om_calloc(3 * (size_t)all.nvert, sizeof(double));
-    all.tet_vert = om_calloc(4 * (size_t)all.ntet, sizeof(int));
-    all.tet_label = om_calloc((size_t)all.ntet, sizeof(int));
-    for (int i = 0; i < all.nvert; ++i)
-        om_store3(all.x, i, i < n ? om_load3(r->mesh.x, i) : om_load3(more.x, i - n));
-    for (int k = 0; k < 4 * all.ntet; ++k)
-        all.tet_vert[k] = k < 4 * ntet ? r->mesh.tet_vert[k] : more.tet_vert[k - 4 * ntet] + n;
-    // a model of the first block finds the tetrahedra of its end face
-    r->def.mesh = &r->mesh;
-    OmTissueModel* first;
-    assert_ok(om_tissue_create(&r->def, &first));
     static OmTissueBond bond[100];
-    int nbond = 0;
-    for (int i = 0; i < more.nvert; ++i) {
-        if (more.x[3 * i] > 0.04 + 1e-9) continue;
-        OmEmbedding e;
-        assert_ok(om_tissue_embed(first, 1, more.x + 3 * i, &e));
-        bond[nbond] = (OmTissueBond){.vert = {n + i}, .weight = {1}, .stiffness = stiffness};
-        for (int a = 0; a < 4; ++a) {
-            bond[nbond].vert[a + 1] = e.tet_vert[a];
-            bond[nbond].weight[a + 1] = -e.bary[a];
-        }
-        ++nbond;
-        om_embedding_done(&e);
-    }
-    om_tissue_destroy(first);
+    OmTetMesh more, first;
+    int vert[100], nbond = 0;
+    rig_box(r, om_vec3(0, 0, 0), om_vec3(0.04, 0.02, 0.02), NX, NY, NZ);
+    first = r->mesh;
+    assert_ok(om_tet_mesh_box(om_vec3(0.04, 0, 0), om_vec3(0.08, 0.02, 0.02), NX, NY, nz, &more));
+    assert_ok(om_tet_mesh_join(&first, &more, &r->mesh));
+    for (int i = 0; i < more.nvert; ++i)
+        if (more.x[3 * i] < 0.04 + 1e-9) vert[nbond++] = first.nvert + i;
+    assert_ok(om_tissue_make_bonds(&r->mesh, nbond, vert, 0, first.ntet, stiffness, bond));
+    om_tet_mesh_done(&first);
     om_tet_mesh_done(&more);
-    om_tet_mesh_done(&r->mesh);
-    r->mesh = all;
     r->def.nbond = nbond;
     r->def.bond = bond;
     r->def.element = element;
@@ -167,6 +144,10 @@ static void test_what_is_refused(void** state) {
     assert_status(om_tissue_create(&def, &m), OM_INVALID);
     def.bond = NULL;
     assert_status(om_tissue_create(&def, &m), OM_INVALID);
+    int own = 0, far = 1 << 20;
+    assert_status(om_tissue_make_bonds(&r.mesh, 1, &own, 0, 10, 1, &bad), OM_INVALID);
+    assert_status(om_tissue_make_bonds(&r.mesh, 1, &far, 0, 10, 1, &bad), OM_INVALID);
+    assert_status(om_tissue_make_bonds(&r.mesh, 1, &own, 5, 5, 1, &bad), OM_INVALID);
     assert_true(om_norm(om_tissue_bond_force(r.m, r.s, -1)) == 0);
     rig_done(&r);
 }
