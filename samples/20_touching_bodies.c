@@ -31,7 +31,8 @@ static void field_done(Field* f) {
     om_tet_mesh_done(&f->organ);
 }
 
-// An organ of 60 x 40 x 20 mm, label 1, that stands on the ground, and 5 mm of fat, label 0, half a millimetre above it.
+// An organ of 60 x 40 x 20 mm, label 1, that stands on the ground, and 5 mm of fat, label 0, half a millimetre above
+// it.
 static OmStatus make_mesh(Field* f) {
     int held[MAX_VERT], nheld = 0;
     OmStatus status =
@@ -59,7 +60,8 @@ static OmStatus make_field(Field* f) {
     }
     status = om_tissue_make_bonds(&f->mesh, f->nbond, bonded, f->fat.ntet, f->mesh.ntet, 20, bond);
     if (status != OM_OK) return status;
-    OmMaterial material[2] = {{.young = 3000, .poisson = 0.45}, {.young = 10000, .poisson = 0.45}};
+    OmMaterial material[2] = {{.law = OM_NEO_HOOKEAN, .young = 3000, .poisson = 0.45},
+                              {.law = OM_NEO_HOOKEAN, .young = 10000, .poisson = 0.45}};
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &f->mesh);
     def.nmaterial = 2, def.material = material;
     def.nbond = f->nbond, def.bond = bond;  // copied
@@ -94,8 +96,8 @@ int main(void) {
     OmPose tip = {om_vec3(0.055, 0.02, 0.0255), om_quat_identity()};
     int nheld;
     if (status == OM_OK) status = om_tissue_grasp(f.model, f.state, 0, tip, 0.0052, &nheld);
-    for (int step = 0; status == OM_OK && step < 75; ++step) {
-        tip.p = om_add(tip.p, om_vec3(-0.0002, 0, 0.0004));  // up and back, 22 mm/s
+    for (int step = 0; status == OM_OK && step < 60; ++step) {
+        tip.p = om_add(tip.p, om_vec3(-0.0001, 0, 0.0003));  // up and back, 16 mm/s
         status = om_tissue_move_grasp(f.state, 0, tip);
         if (status == OM_OK)
             status = om_contact_step(f.contact_work, f.model, f.state, f.work, TIME_STEP, NULL);

@@ -45,7 +45,8 @@ OM_API void om_tet_mesh_done(OmTetMesh* mesh);
 /// Deep copy; `out` is overwritten.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out);
-/// Two meshes as one, of two bodies: the vertices, tetrahedra and labels of `a` come first. Sets of one name are joined.
+/// Two meshes as one, of two bodies: the vertices, tetrahedra and labels of `a` come first. Sets of one name are
+/// joined.
 /// @param out  overwritten
 /// @return OM_OK; OM_INVALID (too many vertices); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_join(const OmTetMesh* a, const OmTetMesh* b, OmTetMesh* out);

@@ -123,8 +123,8 @@ OM_API const int* om_tissue_surface_vert(const OmTissueModel* model, int* nvert)
 /// Bytes of model, one state and one work; by ntet it is the memory per element.
 OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* work);
 
-/// Bonds that hold vertices of one body on another one: each with the tetrahedron of the other body in which it lies, or
-/// whose barycentric coordinates say that it lies nearest.
+/// Bonds that hold vertices of one body on another one: each with the tetrahedron of the other body in which it lies,
+/// or whose barycentric coordinates say that it lies nearest.
 /// @param vert        vertices of one body                                                         (nvert)
 /// @param tet_begin   tetrahedra of the other body: [tet_begin, tet_end), as om_tet_mesh_join leaves them
 /// @param stiffness   N/m, of each bond

@@ -80,6 +80,8 @@ typedef struct OmSelfWork {
     int nactive, nswitch;
     int nsolve;        // in this substep
     double strongest;  // N, push in the last solve
+    double friction_error, friction_bound;  // N, sums over the active pairs
+    int nslip;  // pairs that changed by friction alone
     int ntouch, max_touch;
     OmContactTouch* touch;
 } OmSelfWork;
