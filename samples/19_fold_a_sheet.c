@@ -32,8 +32,8 @@ static void field_done(Field* f) {
 // A sheet on a board, held at its end.
 static OmStatus make_field(Field* f) {
     int held[100], nheld = 0;
-    OmStatus status = om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(length, width, thickness), 10, 4, 1,
-                                      &f->mesh);
+    OmStatus status =
+        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(length, width, thickness), 10, 4, 1, &f->mesh);
     if (status != OM_OK) return status;
     for (int i = 0; i < f->mesh.nvert && nheld < 100; ++i)
         if (om_load3(f->mesh.x, i).x < 0.011) held[nheld++] = i;
@@ -80,9 +80,13 @@ static OmStatus take_picture(const Field* f, const char* path) {
     OmPicture picture = {0};
     int id, *vert = NULL;
     const OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
-    OmCamera camera = {om_pose_look_at(om_vec3(0.06, -0.14, 0.06), om_vec3(0.05, 0.02, 0.005),
-                                       om_vec3(0, 0, 1)),
-                       320, 240, 0.6, 0.01, 1};
+    OmCamera camera = {
+        om_pose_look_at(om_vec3(0.06, -0.14, 0.06), om_vec3(0.05, 0.02, 0.005), om_vec3(0, 0, 1)),
+        320,
+        240,
+        0.6,
+        0.01,
+        1};
     OmSenseOptions options = om_sense_options_default();
     options.samples = 2;  // smooth outlines
     OmStatus status = om_tet_mesh_boundary(om_tissue_mesh(f->model), &surface, &vert);

@@ -78,10 +78,10 @@ typedef struct OmSelfWork {
     int* stack;       // of a search                                                 (max_stack)
     int max_stack;
     int nactive, nswitch;
-    int nsolve;        // in this substep
-    double strongest;  // N, push in the last solve
+    int nsolve;                             // in this substep
+    double strongest;                       // N, push in the last solve
     double friction_error, friction_bound;  // N, sums over the active pairs
-    int nslip;  // pairs that changed by friction alone
+    int nslip;                              // pairs that changed by friction alone
     int ntouch, max_touch;
     OmContactTouch* touch;
 } OmSelfWork;

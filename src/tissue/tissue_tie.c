@@ -14,7 +14,8 @@
 // Barycentric coordinates of p in a tetrahedron; returns the least of them.
 static double barycentric(const OmTetMesh* mesh, int tet, OmVec3 p, double bary[4]) {
     OmVec3 x[4];
-    for (int c = 0; c < 4; ++c) x[c] = om_load3(mesh->x, mesh->tet_vert[4 * (size_t)tet + (size_t)c]);
+    for (int c = 0; c < 4; ++c)
+        x[c] = om_load3(mesh->x, mesh->tet_vert[4 * (size_t)tet + (size_t)c]);
     OmVec3 e1 = om_sub(x[1], x[0]), e2 = om_sub(x[2], x[0]), e3 = om_sub(x[3], x[0]),
            d = om_sub(p, x[0]);
     double det = om_dot(e1, om_cross(e2, e3));
