@@ -176,6 +176,15 @@ class TetMesh:
         lib.om_tet_mesh_box(vec3(low, "low"), vec3(low + np.asarray(size, float), "size"), nx, ny, nz, ctypes.byref(raw))
         return cls._take(raw)
 
+    def joined(self, *others: TetMesh) -> TetMesh:
+        """This mesh and others as one, of several bodies: vertices and elements in this order, sets of one name joined."""
+        whole = self
+        for other in others:
+            raw = c.OmTetMesh()
+            lib.om_tet_mesh_join(ctypes.byref(whole._as_c()), ctypes.byref(other._as_c()), ctypes.byref(raw))
+            whole = TetMesh._take(raw)
+        return whole
+
     @classmethod
     def load(cls, path: str | os.PathLike[str], unit: float = 0.0, space: str = "none", flip: bool = False,
              straighten: bool = False) -> TetMesh:

@@ -67,6 +67,16 @@ def _make_materials(definition: Any, mesh: TetMesh, materials: list[dict[str, An
     definition._keep = (table, density)
 
 
+def _make_bonds(mesh: Any, bonds: list[tuple[Any, tuple[int, int], float]]) -> tuple[int, Any]:
+    lists = [(index_array(vert, "bonds"), *rest) for vert, *rest in bonds]
+    table, done = (c.OmTissueBond * max(1, sum(len(vert) for vert, *_ in lists)))(), 0
+    for vert, (first, end), stiffness in lists:
+        lib.om_tissue_make_bonds(ctypes.byref(mesh), len(vert), vert.ctypes.data, first, end, stiffness,
+                                 ctypes.byref(table[done]))
+        done += len(vert)
+    return done, table
+
+
 class Tissue(Owner):
     """Tissue of a mesh: positions (m), forces (N) and time of one simulation.
 
@@ -80,20 +90,23 @@ class Tissue(Owner):
     def __init__(self, mesh: TetMesh | Patient, engine: str | Engine = "fem", *, young: float | None = None,
                  poisson: float | None = None, law: str | c.OmLaw | None = None,
                  materials: list[dict[str, Any]] | None = None, file: str | None = None,
-                 numbers: dict[str, float] | None = None, **options: Any) -> None:
+                 numbers: dict[str, float] | None = None, bonds: list[tuple[Any, tuple[int, int], float]] | None = None,
+                 **options: Any) -> None:
         """
         mesh: its set "attachment" is held; of a Patient the mesh and the materials are taken.
         engine: "fem", "pbd", "xpbd", "springs", "chainmail", "umesh" with the `file` of a trained network, or an Engine.
         young (Pa), poisson, law: of all tissue; default 3000, 0.45, "corotational".
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
+        bonds: springs between bodies of the mesh, for each a tuple: vertices of one body, (first, end) of the tetrahedra of the
+        other one, N/m of each vertex.
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
         rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):
             materials, mesh = materials or mesh.materials, mesh.mesh
-        arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, **plain, **options}
+        arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, "bonds": bonds, **plain, **options}
         raw, table = mesh._as_c(), find_engine(engine)
         definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
         definition.assign(options)
@@ -101,6 +114,8 @@ class Tissue(Owner):
             _make_materials(definition, mesh, materials, plain)
         else:
             definition.material_default.assign(plain)
+        if bonds:
+            definition.nbond, definition.bond = _make_bonds(raw, bonds)
         if file or numbers:
             values = (c.OmEngineNumber * max(1, len(numbers or {})))()
             for value, (name, number) in zip(values, (numbers or {}).items()):

@@ -23,7 +23,7 @@ def make_all(box, folder):
     environments = [task, om.RlVec(task, 1)]
     sense = om.SenseScene()
     sense.add(box.boundary()[0])
-    objects = [tissue, probe, om.Press(tissue, probe, ntri=500), om.Loop(scene, world, body, planner), site, body, world, planner, recorder,
+    objects = [tissue, probe, om.Press(tissue, probe, ntri=500), om.Contact(tissue, self_contact=True), om.Loop(scene, world, body, planner), site, body, world, planner, recorder,
                sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title"), *environments]
 
     class Mine(om.World):
@@ -42,7 +42,7 @@ def calls(thing):
                  "camera": om.Camera(width=8, height=8), "number": 0, "kind": "pause", "situation": om.Situation(3), "vert": [0], "arm": 0,
                  "snapshot": b"", "plan": None, "goal": (0, 0, 0), "speed": 0.1, "angle": 0.5, "dt": 0.02, "acquisitions": [], "i": 0,
                  "surface": om.Surface(np.eye(3), [[0, 1, 2]]), "u": np.zeros((3, 3)), "seen": np.zeros(3), "key": "seed", "is_shown": True,
-                 "env": 0, "seed": 1, "action": [[0]]}
+                 "env": 0, "seed": 1, "action": [[0]], "a": 0, "b": 1}
     if isinstance(thing, om.Tissue):
         plausible["x"] = np.zeros(thing.mesh.x.shape)
     if isinstance(thing, om.SenseScene):

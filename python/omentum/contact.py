@@ -1,0 +1,123 @@
+"""Contact of tissue with planes, with itself, and of soft bodies with each other."""
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass, field
+from typing import Any, Iterable
+
+import numpy as np
+
+from . import _capi as c
+from ._lib import Closed, Handle, Owner, create, forget_message, lib, message_of, outcome
+from .tissue import Tissue
+
+
+@dataclass
+class ContactReport:
+    """A step with contact. force: N, of all obstacles on the tissue (3); penetration and self_penetration: m.
+
+    Places where tissue touches tissue (ntouch): vert and weight (ntouch x 4): vertex vert[k, a] feels weight[k, a] * force[k];
+    body (ntouch x 2): of the two sides; point (m), normal (from the second side to the first), touch_force (N, on the first
+    side), gap (m, distance less thickness). tissue: OmTissueReport.
+    """
+
+    status: c.OmStatus
+    message: str
+    is_settled: bool
+    nsolve: int
+    ncontact: int
+    force: np.ndarray
+    penetration: float
+    self_penetration: float
+    ntouch: int
+    vert: np.ndarray
+    weight: np.ndarray
+    body: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    touch_force: np.ndarray
+    gap: np.ndarray
+    tissue: c.OmTissueReport = field(repr=False)
+
+
+class Contact(Owner):
+    """Contact of a tissue: step() is a step of the tissue with it.
+
+        sheet = Tissue(mesh)
+        contact = Contact(sheet, planes=[((0, 0, 0), (0, 0, 1))], self_contact=True, self_friction=0.3)
+        contact.step(0.02)
+        contact.body_force(0, 1)                            # N, of body 1 on body 0: bodies are the pieces of the mesh
+    """
+
+    def __init__(self, tissue: Tissue, planes: Iterable[tuple[Any, Any]] = (), **fields: Any) -> None:
+        """planes: (point, normal towards the free side) of each. fields of OmContactDef: self_contact, self_thickness (m),
+        self_friction, friction, offset (m), stiffness, recover_speed (m/s), max_iterations."""
+        definition = lib.om_contact_default_def()
+        planes = list(planes)
+        raw = (c.OmContactPlane * max(1, len(planes)))()
+        obstacles = (c.OmTissueObstacle * max(1, len(planes)))()
+        for k, (point, normal) in enumerate(planes):
+            raw[k].point, raw[k].normal = point, normal
+            obstacles[k] = lib.om_plane_obstacle(ctypes.byref(raw[k]))
+        definition.nobstacle, definition.obstacle = len(planes), obstacles
+        definition.assign(fields)
+        self._tissue = tissue
+        address = create(lib.om_contact_create, ctypes.byref(definition), tissue._model_c)
+        self._made: Handle | None = Handle(address, lib.om_contact_destroy, tissue._model)
+        self._handle = Handle(create(lib.om_contact_work_create, address), lib.om_contact_work_destroy, self._made)
+
+    def close(self) -> None:
+        """Give up the contact; the tissue stays."""
+        self._handle = self._made = None
+
+    def step(self, dt: float = 0.02, strict: bool = True) -> ContactReport:
+        """A step of the tissue of `dt` s with contact; `strict` as of Tissue.step."""
+        raw, tissue = c.OmContactReport(), self._tissue
+        with tissue._busy:
+            forget_message()
+            status = lib.om_contact_step(self._c, tissue._model_c, tissue._c, tissue._work.address, dt,
+                                         ctypes.byref(raw))
+        return outcome(status, self._report(status, raw), strict)
+
+    def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> c.OmStatus:
+        """Step until contact has settled and no vertex is faster than `speed` m/s, for at most `seconds`."""
+        tissue = self._tissue
+        with tissue._busy:
+            forget_message()
+            status = lib.om_contact_settle(self._c, tissue._model_c, tissue._c, tissue._work.address, dt, speed,
+                                           seconds)
+        return outcome(status, c.OmStatus(status), strict)
+
+    def find_crossing(self) -> tuple[int, np.ndarray]:
+        """Edges of the surface that go through another part of it, and the middle of the first, m."""
+        number, at = ctypes.c_int(), c.OmVec3()
+        with self._tissue._busy:
+            lib.om_contact_find_crossing(self._c, self._tissue._c, ctypes.byref(number), ctypes.byref(at))
+        return number.value, np.array([at.x, at.y, at.z])
+
+    def body_force(self, a: int, b: int) -> np.ndarray:
+        """Force of body b on body a in the last substep, N (3)."""
+        f = lib.om_contact_body_force(self._c, a, b)
+        return np.array([f.x, f.y, f.z])
+
+    @property
+    def body(self) -> np.ndarray:
+        """The body of each vertex: pieces of the mesh in the order of their first vertices (nvert); -1 without self_contact."""
+        if self._made is None:
+            raise Closed("this Contact is closed")
+        made = self._made.address
+        return np.array([lib.om_contact_body_of(made, k) for k in range(len(self._tissue.x))], np.int32)
+
+    def _report(self, status: int, raw: Any) -> ContactReport:
+        n = raw.ntouch
+        touch = [raw.touch[k] for k in range(n)]
+
+        def table(name: str, width: int) -> np.ndarray:
+            return np.array([list(getattr(t, name)) for t in touch], float).reshape(n, width)
+
+        return ContactReport(
+            c.OmStatus(status), message_of(status), raw.is_settled, raw.nsolve, raw.ncontact, raw.force.copy(), raw.penetration,
+            raw.self_penetration, n, table("vert", 4).astype(np.int32), table("weight", 4),
+            table("body", 2).astype(np.int32), *(np.array([getattr(t, name).copy() for t in touch]).reshape(n, 3)
+                                                 for name in ("point", "normal", "force")),
+            np.array([t.gap for t in touch]), c.OmTissueReport.from_buffer_copy(raw.tissue))
