@@ -167,7 +167,17 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
         def.sheet.tumour_shift[1] += om_rng_range(&rng, -m->tumour_range.y, m->tumour_range.y);
         def.sheet.attach[0].turn = om_rng_range(&rng, -m->attach_turn, m->attach_turn);
     }
-    return om_model_build(&def, progress, patient, NULL);
+    OmModelReport report;
+    OM_TRY(om_model_build(&def, progress, patient, &report));
+    if (!report.has_loss) return OM_OK;
+    char text[1024];
+    om_model_describe_loss(&report, text, sizeof text);
+    char* first = strchr(text, ';');  // the places by size, a part of the sentence for each
+    char* second = first ? strchr(first + 1, ';') : NULL;
+    if (second) *second = 0;
+    om_log(OM_LOG_WARNING, "%s: %s: %s; a smaller model: edge_mm loses less", om_scene_label(scene),
+           role == OM_SITE_TWIN ? "the twin" : "the simulated truth", text);
+    return OM_OK;
 }
 
 static OmStatus build_from_patient(const OmScene* scene, OmSiteRole role,
