@@ -91,7 +91,7 @@ typedef struct OmContact OmContact;
 typedef struct OmContactWork OmContactWork;
 
 OM_API OmContactDef om_contact_default_def(void);
-/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (the message names the field); OM_UNAVAILABLE (self_contact, see there); OM_NO_MEMORY
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);

@@ -81,7 +81,8 @@ OmStatus om__bonds_copy(const OmTissueDef* def, OmTissueModel* m) {
     OM_CHECK(def->nbond >= 0 && (def->nbond == 0 || def->bond), OM_INVALID,
              "tissue: nbond is %d, and bond is null or the count negative", def->nbond);
     if (def->nbond == 0) return OM_OK;
-    OM_CHECK(om__has_matrix(m), OM_UNAVAILABLE, "tissue: bonds need an engine with a matrix");
+    OM_CHECK(om__has_matrix(m) && def->solver.preconditioner < OM_CHOLESKY, OM_UNAVAILABLE,
+             "tissue: bonds need an engine with a matrix, and CG as its solver");
     OM_ALLOC(m->bond, def->nbond);
     m->nbond = def->nbond;
     memcpy(m->bond, def->bond, (size_t)m->nbond * sizeof *m->bond);

@@ -252,6 +252,15 @@ static void test_what_is_refused(void** state) {
     def.self_friction = 11;
     assert_status(om_contact_create(&def, r.m, &c), OM_INVALID);
     assert_null(c);
+    // factors of a matrix take no terms outside its pattern
+    OmTissueDef tissue = r.def;
+    OmTissueModel* m;
+    tissue.solver.preconditioner = OM_CHOLESKY;
+    tissue.mesh = &r.mesh;
+    assert_ok(om_tissue_create(&tissue, &m));
+    def.self_friction = 0;
+    assert_status(om_contact_create(&def, m, &c), OM_UNAVAILABLE);
+    om_tissue_destroy(m);
     // one block pushed into the other: crossings are found, with their place
     double* x = om_alloc(3 * (size_t)om_tissue_mesh(r.m)->nvert, sizeof *x);
     for (int i = 0; i < om_tissue_mesh(r.m)->nvert; ++i) {

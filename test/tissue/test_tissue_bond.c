@@ -142,6 +142,9 @@ static void test_what_is_refused(void** state) {
     assert_status(om_tissue_create(&def, &m), OM_INVALID);
     bad.vert[0] = 1 << 20;
     assert_status(om_tissue_create(&def, &m), OM_INVALID);
+    bad = r.def.bond[0];
+    def.solver.preconditioner = OM_CHOLESKY;
+    assert_status(om_tissue_create(&def, &m), OM_UNAVAILABLE);
     def.bond = NULL;
     assert_status(om_tissue_create(&def, &m), OM_INVALID);
     int own = 0, far = 1 << 20;
