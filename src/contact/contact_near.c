@@ -9,6 +9,7 @@
 
 #define INSIDE 1e-9    // a weight below it: the closest point is on the border
 #define PARALLEL 1e-6  // sin^2 of the angle between edges that have no single closest points
+#define FLAT 0.05        // cosine: a triangle that leans towards the other edge by less is not nearer to it
 #define IN_PLANE \
     1e-6  // sine of the angle between an edge and the plane of a triangle that it lies in
 #define ADVANCE 0.9      // part of the free way that one piece of a path takes
@@ -71,6 +72,15 @@ static OmVec3 area_of(const OmSelf* self, int tri, const double* x) {
     return om_cross(om_sub(om_load3(x, v[1]), a), om_sub(om_load3(x, v[2]), a));
 }
 
+// Unit vector in a triangle from one of its edges to the inside.
+static OmVec3 inwards(const OmSelf* self, int edge, int tri, const double* x) {
+    const int *v = self->edge_vert + 2 * (size_t)edge, *w = self->tri_vert + 3 * (size_t)tri;
+    int opposite = w[0] != v[0] && w[0] != v[1] ? w[0] : w[1] != v[0] && w[1] != v[1] ? w[1] : w[2];
+    OmVec3 a = om_load3(x, v[0]), along = om_normalize(om_sub(om_load3(x, v[1]), a)),
+           in = om_sub(om_load3(x, opposite), a);
+    return om_normalize(om_madd(in, -om_dot(in, along), along));
+}
+
 // Whether a vertex at r from a point on the border of a triangle is nearest to that border: not where the triangle
 // beyond it is nearer. On a flat surface no border is, or its slant normals would brake what slides.
 static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3 r,
@@ -82,12 +92,16 @@ static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3
         corner = k;
     }
     int edge = self->tri_edge[3 * (size_t)tri + (size_t)(corner + 1) % 3];
-    const int *v = self->edge_vert + 2 * (size_t)edge, *t = self->edge_tri + 2 * (size_t)edge;
-    const int* w = self->tri_vert + 3 * (size_t)(t[0] == tri ? t[1] : t[0]);
-    int opposite = w[0] != v[0] && w[0] != v[1] ? w[0] : w[1] != v[0] && w[1] != v[1] ? w[1] : w[2];
-    OmVec3 a = om_load3(x, v[0]), along = om_normalize(om_sub(om_load3(x, v[1]), a)),
-           in = om_sub(om_load3(x, opposite), a);
-    return om_dot(r, om_madd(in, -om_dot(in, along), along)) < 0;
+    const int* t = self->edge_tri + 2 * (size_t)edge;
+    return om_dot(r, inwards(self, edge, t[0] == tri ? t[1] : t[0], x)) < 0;
+}
+
+// The same of an edge and the unit vector from it to another one: no triangle of the edge is nearer. Of edges in two
+// flat faces all those with the common normal count.
+static bool is_edge_ridge(const OmSelf* self, int edge, OmVec3 n, const double* x) {
+    const int* t = self->edge_tri + 2 * (size_t)edge;
+    return om_dot(n, inwards(self, edge, t[0], x)) < FLAT &&
+           om_dot(n, inwards(self, edge, t[1], x)) < FLAT;
 }
 
 void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near) {
@@ -113,6 +127,9 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
     double side = om_dot(r, out);
     near->is_front = side > 0;
     // another pair has the contact
+    if (is_edges && !is_border)
+        is_border = !is_edge_ridge(self, pair->first, om_scale(-1, near->n), x) ||
+                    !is_edge_ridge(self, pair->second, near->n, x);
     if (is_border && (is_edges || side < 0 || !is_ridge(self, pair->second, near->weight, r, x)))
         return;
     near->distance = side < 0 ? -d : d;

@@ -31,12 +31,10 @@
 #define SLOW 1e-4           // m/s, below it friction is viscous
 #define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
 #define VISCOUS_FROM 10     // solves; from then on friction is the viscosity that gives it
-#define WEAK \
-    0.05  // of the strongest push: the error of weaker pairs is measured by this one's bound
+#define WEAK 0.05           // of the strongest push: weaker pairs are measured by its bound
 #define RELEASE 1e-8   // of the model's size: gap at which an active pair is released
 #define ACTIVATE 1e-6  // of the model's size: penetration at which a free pair becomes active
-#define TOUCH \
-    3e-6  // of the model's size: gap at the beginning of a pair that the last step may have pushed
+#define TOUCH 3e-6       // of the model's size: gap of a pair that the last step may have pushed
 #define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
 #define SAME_ANGLE 0.02  // rad, the same of the normal
 #define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
@@ -200,22 +198,21 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) return;
     if (p->first >= 0) p->side = near.n;
+    double distance = om__near_distance(p, w->x);  // also of pairs whose contact another one has now
     p->thickness = f->thickness;
-    if (near.distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
+    if (distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
-    p->goal = isfinite(near.distance)
-                  ? fmin(0, near.distance - p->thickness + cw->contact->def.recover_speed * h)
-                  : 0;
+    p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return;
-    bool is_in = near.distance - p->thickness < TOUCH * f->size;
+    bool is_in = distance - p->thickness < TOUCH * f->size;
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return;
     linearise(w, p, &later);
     p->k = stiffness_of(m, s, work, p);
     if (p->k == 0) p->is_active = false;
     if (!p->is_active || f->friction <= 0 || !is_in) return;
-    p->push = p->k * fmax(0, p->thickness - near.distance);
+    p->push = p->k * fmax(0, p->thickness - distance);
     p->slip = tangential(p, om_sub(relative(p, w->end), relative(p, w->x)));
     linearise_friction(p, f->friction * p->push, h, 0);
 }

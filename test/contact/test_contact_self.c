@@ -239,6 +239,56 @@ static void test_fast_bodies_do_not_pass_through(void** state) {
     rig_done(&r);
 }
 
+// The two sides of a sheet are nearer to each other than the thickness, through the tissue: they are not in contact.
+// Nor are neighbours of one body that were as near at rest.
+static void test_a_thin_sheet_is_left_alone(void** state) {
+    (void)state;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.04, 0.04, 0.001), 8, 8, 1);
+    r.def.gravity = om_vec3(0, 0, 0);
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    def.self_thickness = 0.002;
+    rig_contact(&r, &def);
+    OmContactReport report;
+    for (int n = 0; n < 5; ++n) {
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
+        assert_int_equal(report.ntouch, 0);
+    }
+    for (int i = 0; i < 3 * om_tissue_mesh(r.m)->nvert; ++i)
+        assert_near(om_tissue_x(r.s)[i], om_tissue_mesh(r.m)->x[i], 1e-8);  // floats
+    rig_done(&r);
+}
+
+// Bodies that begin nearer than the thickness are pushed apart at recover_speed, not at once, to the thickness.
+static void test_bodies_too_near_at_the_beginning(void** state) {
+    (void)state;
+    TestRig r;
+    OmTetMesh other;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.02, 0.02, 0.01), 4, 4, 2);
+    assert_ok(om_tet_mesh_box(om_vec3(0.001, 0.002, 0.0102), om_vec3(0.019, 0.018, 0.0202), 3, 3, 2,
+                              &other));
+    append(&r.mesh, &other);
+    r.def.gravity = om_vec3(0, 0, 0);
+    r.def.rayleigh_mass = 50;  // they stop where nothing pushes them
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    def.self_thickness = 0.001;
+    def.recover_speed = 0.01;
+    rig_contact(&r, &def);
+    double begin = center(&r, 1).z - center(&r, 0).z, before = begin;
+    for (int n = 0; n < 60; ++n) {
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.01, NULL));
+        double now = center(&r, 1).z - center(&r, 0).z;
+        assert_true(now - before < 1.5 * 0.01 * 0.01);
+        before = now;
+    }
+    assert_near(before - begin, 0.001, 0.0002);  // from 0.2 mm to 1 mm, and on until its speed is damped
+    rig_done(&r);
+}
+
 static void test_what_is_refused(void** state) {
     (void)state;
     TestRig r;
@@ -293,6 +343,8 @@ int main(void) {
         cmocka_unit_test(test_friction_on_a_slope),
         cmocka_unit_test(test_a_step_depends_on_the_state_alone),
         cmocka_unit_test(test_fast_bodies_do_not_pass_through),
+        cmocka_unit_test(test_a_thin_sheet_is_left_alone),
+        cmocka_unit_test(test_bodies_too_near_at_the_beginning),
         cmocka_unit_test(test_what_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
