@@ -9,7 +9,8 @@
 
 #define INSIDE 1e-9    // a weight below it: the closest point is on the border
 #define PARALLEL 1e-6  // sin^2 of the angle between edges that have no single closest points
-#define FLAT 0.05        // cosine: a triangle that leans towards the other edge by less is not nearer to it
+#define FLAT \
+    0.05  // cosine: a triangle that leans towards the other edge by less is not nearer to it
 #define IN_PLANE \
     1e-6  // sine of the angle between an edge and the plane of a triangle that it lies in
 #define ADVANCE 0.9      // part of the free way that one piece of a path takes

@@ -32,16 +32,16 @@
 #define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
 #define VISCOUS_FROM 10     // solves; from then on friction is the viscosity that gives it
 #define WEAK 0.05           // of the strongest push: weaker pairs are measured by its bound
-#define RELEASE 1e-8   // of the model's size: gap at which an active pair is released
-#define ACTIVATE 1e-6  // of the model's size: penetration at which a free pair becomes active
-#define TOUCH 3e-6       // of the model's size: gap of a pair that the last step may have pushed
-#define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
-#define SAME_ANGLE 0.02  // rad, the same of the normal
-#define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
-#define SLACK 0.5        // of the thickness: difference of a path from its prediction
-#define FACING 0.5       // cosine: a vertex whose surface looks further away is not in contact
-#define REST_SHARE 0.8   // of the distance at rest, which neighbours in one body may keep
-#define LEAST_WAY 0.1    // of the thickness, that paths keep
+#define RELEASE 1e-8        // of the model's size: gap at which an active pair is released
+#define ACTIVATE 1e-6       // of the model's size: penetration at which a free pair becomes active
+#define TOUCH 3e-6          // of the model's size: gap of a pair that the last step may have pushed
+#define SAME_GAP 0.01       // of the thickness: error of closest points that are taken anew
+#define SAME_ANGLE 0.02     // rad, the same of the normal
+#define FREEZE_GAP 0.1      // of the thickness: the same in the second half of the iterations
+#define SLACK 0.5           // of the thickness: difference of a path from its prediction
+#define FACING 0.5          // cosine: a vertex whose surface looks further away is not in contact
+#define REST_SHARE 0.8      // of the distance at rest, which neighbours in one body may keep
+#define LEAST_WAY 0.1       // of the thickness, that paths keep
 
 static int compare_pairs(const void* a, const void* b) {
     const OmSelfPair *p = a, *q = b;
@@ -198,7 +198,8 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) return;
     if (p->first >= 0) p->side = near.n;
-    double distance = om__near_distance(p, w->x);  // also of pairs whose contact another one has now
+    double distance =
+        om__near_distance(p, w->x);  // also of pairs whose contact another one has now
     p->thickness = f->thickness;
     if (distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));

@@ -178,8 +178,9 @@ OmStatus om__self_create(const OmContactDef* def, const OmTissueModel* m, int nt
     OM_CHECK(ntri > 0 && (om_engine_capabilities(om_tissue_engine(m)) & OM_ENGINE_TANGENT),
              OM_UNAVAILABLE,
              "contact: self_contact needs a mesh of tetrahedra and an engine with a matrix");
-    OM_CHECK(om_engine_def(m)->solver.preconditioner < OM_CHOLESKY, OM_UNAVAILABLE,
-             "contact: self_contact needs CG as the tissue's solver (OM_MULTIGRID, OM_BLOCK_JACOBI)");
+    OM_CHECK(
+        om_engine_def(m)->solver.preconditioner < OM_CHOLESKY, OM_UNAVAILABLE,
+        "contact: self_contact needs CG as the tissue's solver (OM_MULTIGRID, OM_BLOCK_JACOBI)");
     OmStatus status = OM_OK;
     OmSelf* f = om_calloc(1, sizeof *f);
     if (!f) return OM_NO_MEMORY;

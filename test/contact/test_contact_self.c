@@ -285,7 +285,8 @@ static void test_bodies_too_near_at_the_beginning(void** state) {
         assert_true(now - before < 1.5 * 0.01 * 0.01);
         before = now;
     }
-    assert_near(before - begin, 0.001, 0.0002);  // from 0.2 mm to 1 mm, and on until its speed is damped
+    assert_near(before - begin, 0.001,
+                0.0002);  // from 0.2 mm to 1 mm, and on until its speed is damped
     rig_done(&r);
 }
 
