@@ -198,8 +198,8 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) return;
     if (p->first >= 0) p->side = near.n;
-    double distance =
-        om__near_distance(p, w->x);  // also of pairs whose contact another one has now
+    // also of pairs whose contact another one has now
+    double distance = om__near_distance(p, w->x);
     p->thickness = f->thickness;
     if (distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
