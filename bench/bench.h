@@ -61,6 +61,7 @@ OmStatus bench_solve(const BenchOptions* options);       // bench_solve.c
 OmStatus bench_fem(const BenchOptions* options);         // bench_fem.c
 OmStatus bench_static(const BenchOptions* options);      // bench_static.c
 OmStatus bench_contact(const BenchOptions* options);     // bench_contact.c
+OmStatus bench_self(const BenchOptions* options);        // bench_self.c
 OmStatus bench_press(const BenchOptions* options);       // bench_press.c
 OmStatus bench_stall_lift(const BenchOptions* options);  // bench_stall.c
 OmStatus bench_stall_hold(const BenchOptions* options);

@@ -22,6 +22,7 @@ static const struct {
     {"fem", bench_fem},
     {"static", bench_static},
     {"contact", bench_contact},
+    {"self", bench_self},
     {"press", bench_press},
     {"stall_lift", bench_stall_lift},
     {"stall_hold", bench_stall_hold},

@@ -11,6 +11,8 @@
 #define PARALLEL 1e-6  // sin^2 of the angle between edges that have no single closest points
 #define FLAT \
     0.05  // cosine: a triangle that leans towards the other edge by less is not nearer to it
+#define UPRIGHT \
+    1e-6  // cosine of the angle between edges around a corner and what is right above it
 #define IN_PLANE \
     1e-6  // sine of the angle between an edge and the plane of a triangle that it lies in
 #define ADVANCE 0.9      // part of the free way that one piece of a path takes
@@ -82,6 +84,20 @@ static OmVec3 inwards(const OmSelf* self, int edge, int tri, const double* x) {
     return om_normalize(om_madd(in, -om_dot(in, along), along));
 }
 
+// Whether a vertex at r from a corner is nearest to that corner, and not to an edge or a triangle around it. All of
+// these triangles find the same pair: the corner's owner takes it.
+static bool is_peak(const OmSelf* self, int tri, const double weight[4], OmVec3 r,
+                    const double* x) {
+    int k = weight[1] < -0.5 ? 0 : weight[2] < -0.5 ? 1 : 2, corner = self->tri_vert[3 * tri + k];
+    if (!(self->own[tri] & 1 << k)) return false;
+    OmVec3 a = om_load3(x, corner);
+    for (int n = self->near_adr[corner]; n < self->near_adr[corner + 1]; ++n) {
+        OmVec3 e = om_sub(om_load3(x, self->near_vert[n]), a);
+        if (om_dot(r, e) > UPRIGHT * om_norm(r) * om_norm(e)) return false;
+    }
+    return true;
+}
+
 // Whether a vertex at r from a point on the border of a triangle is nearest to that border: not where the triangle
 // beyond it is nearer. On a flat surface no border is, or its slant normals would brake what slides.
 static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3 r,
@@ -89,7 +105,7 @@ static bool is_ridge(const OmSelf* self, int tri, const double weight[4], OmVec3
     int corner = -1;
     for (int k = 0; k < 3; ++k) {
         if (weight[k + 1] < -INSIDE) continue;
-        if (corner >= 0) return false;  // a corner
+        if (corner >= 0) return is_peak(self, tri, weight, r, x);
         corner = k;
     }
     int edge = self->tri_edge[3 * (size_t)tri + (size_t)(corner + 1) % 3];
@@ -112,6 +128,7 @@ void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, 
     weigh(is_edges, p, near->weight);
     OmVec3 r = combine(near->weight, p);
     double d = om_norm(r);
+    near->apart = d;
     near->distance = INFINITY;
     near->is_front = true;
     near->n = d > 0 ? om_scale(1 / d, r) : om_vec3(0, 0, 0);
@@ -177,10 +194,16 @@ static double advance(const Path* path, double d, double least) {
     return done;
 }
 
+double om__near_bound(const OmSelfPair* pair, const double* way) {
+    double a = way[pair->vert[0]], b = way[pair->vert[1]], c = way[pair->vert[2]],
+           d = way[pair->vert[3]], far = c > d ? c : d;
+    return pair->apart - (pair->first >= 0 ? (a > b ? a : b) + far : a + (b > far ? b : far));
+}
+
 bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least) {
     Path path;
     load_path(pair, x, end, &path);
-    double d = distance_of(path.is_edges, path.p);
+    double d = pair->apart;
     least = fmin(least, 0.5 * d);
     return path.fastest < d - least || (d > 0 && advance(&path, d, least) >= 1);
 }

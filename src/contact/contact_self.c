@@ -7,7 +7,7 @@
 // are found by solving again, and closest points that differ at the solution are taken anew. A first guess that lies
 // on the other side takes those of the impact.
 //
-// Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the prediction by more than
+// Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the boxes by more than
 // a slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
 // the path of each candidate is followed (contact_near.c). A step in which surfaces would pass through each other is
 // refused, and cut by om_tissue_step_with. The side of a pair is that of the beginning: there surfaces are apart, for
@@ -28,9 +28,10 @@
 #include "contact/contact_internal.h"
 
 #define STIFF 30            // times the resistance against moving the two sides alone
-#define SLOW 1e-4           // m/s, below it friction is viscous
+#define SLOW 1e-5           // m/s, below it friction is viscous
 #define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
-#define VISCOUS_FROM 10     // solves; from then on friction is the viscosity that gives it
+#define DAMP_FROM 10        // solves; from then on friction takes a part of Newton's tangent alone
+#define DAMPED 0.5          // this part: between Newton's tangent and the viscosity
 #define WEAK 0.05           // of the strongest push: weaker pairs are measured by its bound
 #define RELEASE 1e-8        // of the model's size: gap at which an active pair is released
 #define ACTIVATE 1e-6       // of the model's size: penetration at which a free pair becomes active
@@ -42,6 +43,7 @@
 #define FACING 0.5          // cosine: a vertex whose surface looks further away is not in contact
 #define REST_SHARE 0.8      // of the distance at rest, which neighbours in one body may keep
 #define LEAST_WAY 0.1       // of the thickness, that paths keep
+#define LAST (1.5 / 1024)   // of a step: a shorter substep cannot be cut (tissue_step.c)
 
 static int compare_pairs(const void* a, const void* b) {
     const OmSelfPair *p = a, *q = b;
@@ -195,11 +197,13 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     OmNear near, later;
     if (p->first >= 0) p->side = om_sub(edge_normal(f, w, p->second), edge_normal(f, w, p->first));
     om__near_eval(f, p, w->x, &near);
+    p->apart = near.apart;
     p->is_dead = !is_facing(f, w, p, &near);
+    p->is_inside = p->is_dead && f->body[p->vert[0]] == f->body[p->vert[3]] &&
+                   om__near_distance(p, f->rest) < f->edge;
     if (p->is_dead) return;
     if (p->first >= 0) p->side = near.n;
-    // also of pairs whose contact another one has now
-    double distance = om__near_distance(p, w->x);
+    double distance = p->apart;  // also of pairs whose contact another one has now
     p->thickness = f->thickness;
     if (distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
@@ -237,6 +241,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
         mean = om_madd(mean, 1.0 / f->nvert, om_load3(w->predicted, i));
     for (int i = 0; i < f->nvert; ++i)
         om_store3(w->end, i, om_sub(om_load3(w->predicted, i), mean));
+    om_store3(w->predicted_mean, 0, mean);
     Search search = {f, w, (0.5 + SLACK) * f->thickness, w->end};
     om__self_refit(f, w, w->x, w->end, search.reach);
     OM_TRY(om__self_search(f, w, true, meet, &search));
@@ -297,11 +302,11 @@ static bool update_friction(OmSelfWork* w, OmSelfPair* p, double mu, OmVec3 d, d
     ++w->nslip;
     // Newton's tangent is a force that does not depend on the slip: of a wrong push it would throw tissue away
     bool is_damped =
-        w->nsolve > VISCOUS_FROM || p->push > 2 * p->was_push || p->push < 0.5 * p->was_push;
+        w->nsolve > DAMP_FROM || p->push > 2 * p->was_push || p->push < 0.5 * p->was_push;
     if (om_dot(was, p->slip) < 0 && far > SLOW * h && !is_damped)
         try_to_stick(p, max, h);
     else
-        linearise_friction(p, max, h, is_damped ? 0 : 1);
+        linearise_friction(p, max, h, w->nsolve > DAMP_FROM ? DAMPED : is_damped ? 0 : 1);
     return true;
 }
 
@@ -312,6 +317,16 @@ static void release(OmSelfWork* w, OmSelfPair* p) {
     p->friction_K = om_mat3_diag(p->friction);
     --w->nactive;
     ++w->nswitch;
+}
+
+// Lengths of the displacements from x to end, without the common translation, which moves no pair.
+static void measure_ways(OmSelfWork* w, int nvert) {
+    OmVec3 mean = {0, 0, 0};
+    for (int i = 0; i < nvert; ++i)
+        mean = om_madd(mean, 1.0 / nvert, om_sub(om_load3(w->end, i), om_load3(w->x, i)));
+    om_store3(w->mean, 0, mean);
+    for (int i = 0; i < nvert; ++i)
+        w->way[i] = om_norm(om_sub(om_sub(om_load3(w->end, i), om_load3(w->x, i)), mean));
 }
 
 // Gap less goal at the end of the step, by the closest points of the last solve.
@@ -354,7 +369,13 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) {
         double d = h * (v[n] + dv[n]);
         w->end[n] = w->x[n] + d;
-        is_lost = is_lost || !(fabs(d - w->predicted[n]) <= slack);
+    }
+    measure_ways(w, f->nvert);
+    for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) {
+        // the boxes hold the whole predicted path: a vertex that stops short of its end is in it
+        double d = w->end[n] - w->x[n] - w->mean[n % 3],
+               p = w->predicted[n] - w->predicted_mean[n % 3];
+        is_lost = is_lost || !(d >= (p < 0 ? p : 0) - slack && d <= (p > 0 ? p : 0) + slack);
     }
     w->nswitch = 0;
     w->strongest = w->friction_error = w->friction_bound = 0;
@@ -372,12 +393,12 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
             continue;
         }
         OmNear near;
+        if (om__near_bound(p, w->way) >= p->thickness) continue;
         om__near_eval(f, p, w->end, &near);
-        if (!isfinite(near.distance) ||
-            near.distance - p->thickness - p->goal >= -ACTIVATE * f->size)
-            continue;
-        // of many redundant pairs a few switch on and off by turns; the next step has them
-        if (p->is_closed && near.distance - p->thickness - p->goal > -SAME_GAP * f->thickness)
+        // a pair that must stay free may penetrate as far as the closest points of pushed ones may be wrong: of many
+        // redundant pairs a few switch on and off by turns; the next step has them
+        double allowed = p->is_closed ? SAME_GAP * f->thickness : ACTIVATE * f->size;
+        if (!isfinite(near.distance) || near.distance - p->thickness - p->goal >= -allowed)
             continue;
         linearise(w, p, &near);
         p->k = stiffness_of(m, s, work, p);
@@ -389,7 +410,7 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
         ++w->nswitch;
     }
     // a few pairs that stick and slip by turns: their sum is right
-    if (w->nsolve > VISCOUS_FROM && w->friction_error <= SAME_FRICTION * w->friction_bound)
+    if (w->nsolve > DAMP_FROM && w->friction_error <= SAME_FRICTION * w->friction_bound)
         *nchange -= w->nslip;
     if (!is_lost) return OM_OK;
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->predicted[n] = w->end[n] - w->x[n];
@@ -434,9 +455,11 @@ static const OmSelfPair* find_passing(const OmContactWork* cw) {
     const OmSelfWork* w = cw->self;
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
+        double least = LEAST_WAY * f->thickness;
         // one body turned inside out is the guard's matter (tissue_guard.c)
-        if (p->is_dead && f->body[p->vert[0]] == f->body[p->vert[3]]) continue;
-        if (!om__near_is_free(p, w->x, w->end, LEAST_WAY * f->thickness)) return p;
+        if (p->is_inside) continue;
+        if (om__near_bound(p, w->way) > least) continue;
+        if (!om__near_is_free(p, w->x, w->end, least)) return p;
     }
     return NULL;
 }
@@ -450,6 +473,7 @@ static void stop(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s, Om
         w->end[n] = om_tissue_is_prescribed(m, s, (int)(n / 3)) ? 0 : -v[n] - dv[n];
     om_tissue_add_dv(work, w->end);
     for (size_t n = 0; n < 3 * (size_t)nvert; ++n) w->end[n] = w->x[n] + h * (v[n] + dv[n]);
+    measure_ways(w, nvert);
     cw->report.is_settled = false;
 }
 
@@ -457,7 +481,7 @@ OmStatus om__self_check_paths(OmContactWork* cw, const OmTissueModel* m, OmTissu
                               OmTissueWork* work, double h) {
     if (!cw->self) return OM_OK;
     const OmSelfPair* p = find_passing(cw);
-    if (p && om_tissue_is_spent(m, work)) {
+    if (p && (h < LAST * cw->h || om_tissue_is_spent(m, work))) {
         stop(cw, m, s, work, h);
         p = find_passing(cw);
     }
@@ -514,7 +538,20 @@ typedef struct Crossing {
     const double* x;
     int num;
     OmVec3 at;
+    bool skips_inside;  // without those of neighbours in one body
 } Crossing;
+
+// Are an edge and a triangle neighbours in one body? A body that is turned inside out may go through itself there.
+static bool are_neighbours(const OmSelf* f, const int edge[2], const int tri[3]) {
+    if (f->body[edge[0]] != f->body[tri[0]]) return false;
+    double least = INFINITY;
+    for (int k = 0; k < 5; ++k) {
+        OmSelfPair p = {.vert = {edge[0], edge[1], tri[k % 3], tri[(k + 1) % 3]}};
+        if (k >= 3) p = (OmSelfPair){.vert = {edge[k - 3], tri[0], tri[1], tri[2]}, .first = -1};
+        least = fmin(least, om__near_distance(&p, f->rest));
+    }
+    return least < f->edge;
+}
 
 static OmStatus cross(void* ctx, int t, int u) {
     Crossing* c = ctx;
@@ -528,6 +565,7 @@ static OmStatus cross(void* ctx, int t, int u) {
             bool is_neighbour = false;
             for (int n = 0; n < 6; ++n) is_neighbour |= edge[n / 3] == tri[n % 3];
             if (is_neighbour || !om__near_crosses(edge, tri, c->x)) continue;
+            if (c->skips_inside && are_neighbours(f, edge, tri)) continue;
             if (c->num++ == 0)
                 c->at = om_scale(0.5, om_add(om_load3(c->x, edge[0]), om_load3(c->x, edge[1])));
         }
@@ -535,14 +573,39 @@ static OmStatus cross(void* ctx, int t, int u) {
     return OM_OK;
 }
 
+static OmStatus find_crossing(OmContactWork* cw, Crossing* c) {
+    om__self_refit(c->self, cw->self, c->x, NULL, 0);
+    return om__self_search(c->self, cw->self, false, cross, c);
+}
+
 OmStatus om_contact_find_crossing(OmContactWork* cw, const OmTissueState* s, int* num, OmVec3* at) {
     OM_CHECK(cw->self, OM_UNAVAILABLE, "contact: it was made without self_contact");
-    Crossing c = {cw->contact->self, om_tissue_x(s), 0, {0, 0, 0}};
-    om__self_refit(c.self, cw->self, c.x, NULL, 0);
-    OM_TRY(om__self_search(c.self, cw->self, false, cross, &c));
+    Crossing c = {cw->contact->self, om_tissue_x(s), 0, {0, 0, 0}, false};
+    OM_TRY(find_crossing(cw, &c));
     *num = c.num;
     if (at) *at = c.at;
     return OM_OK;
+}
+
+OmStatus om__self_check_start(OmContactWork* cw, const OmTissueState* s) {
+    OmSelfWork* w = cw->self;
+    size_t size = 3 * (size_t)cw->contact->nvert * sizeof(double);
+    if (!w || (w->has_last && memcmp(w->last, om_tissue_x(s), size) == 0)) return OM_OK;
+    Crossing c = {cw->contact->self, om_tissue_x(s), 0, {0, 0, 0}, true};
+    OM_TRY(find_crossing(cw, &c));
+    OM_CHECK(
+        c.num == 0, OM_INVALID,
+        "contact: surfaces of the tissue go through each other or touch at the start of the "
+        "step, at %d places, the first at (%.1f, %.1f, %.1f) mm; move the bodies apart, or make "
+        "the contact without self_contact",
+        c.num, 1e3 * c.at.x, 1e3 * c.at.y, 1e3 * c.at.z);
+    return OM_OK;
+}
+
+void om__self_end_step(OmContactWork* cw, const OmTissueState* s) {
+    if (!cw->self) return;
+    memcpy(cw->self->last, om_tissue_x(s), 3 * (size_t)cw->contact->nvert * sizeof(double));
+    cw->self->has_last = true;
 }
 
 OmVec3 om_contact_body_force(const OmContactWork* cw, int a, int b) {

@@ -24,12 +24,14 @@ typedef struct OmSelf {   // constant
     int* edge_tri;       // its triangles                                            (nedge x 2)
     int* tri_edge;       // edge k joins corners k and k + 1                         (ntri x 3)
     unsigned char* own;  // bits: corners 0 to 2, edges 3 to 5; one triangle owns each  (ntri)
+    int *near_adr, *near_vert;  // ends of the edges around each vertex       (nvert + 1), (2 nedge)
     int nbody;
     int* body;  // piece of the mesh of each vertex                                  (nvert)
     int nnode;
     OmSelfNode* node;  //                                                            (nnode)
     double* rest;      // positions at rest                                          (nvert x 3)
     double thickness, friction, size;
+    double edge;  // m, mean length at rest
 } OmSelf;
 
 typedef struct OmSelfBox {  // of a node
@@ -41,6 +43,8 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     int vert[4];             // vertex, then the triangle's; or two and two
     int first, second;       // edges; of a vertex: -1 and its triangle
     bool is_dead;            // on the wrong side at the beginning: only its path is checked
+    bool is_inside;          // is_dead, and neighbours in one body
+    double apart;            // m, distance at the beginning of the step
     bool is_active, is_closed;
     // of two edges: towards the first one, by the surface around them at the beginning
     OmVec3 side;
@@ -61,7 +65,8 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
 typedef struct OmNear {  // closest points of a pair
     double weight[4];
     OmVec3 n;
-    double distance;  // m, negative behind; infinite where another pair has the contact
+    double apart;     // m, distance
+    double distance;  // m, the same, negative behind; infinite where another pair has the contact
     bool is_front;    // the first side is in front of the second
 } OmNear;
 
@@ -71,6 +76,10 @@ typedef struct OmSelfWork {
     double* fan;        // boxes of the normals around each vertex                   (nvert x 6)
     double *x, *end;    // positions at the ends of the step                         (nvert x 3)
     double* predicted;  // displacements for which the pairs were searched           (nvert x 3)
+    double* way;  // m, length of the displacement less the mean one, of the last solve  (nvert)
+    double predicted_mean[3], mean[3];  // m, of these displacements, and of those of the last solve
+    double* last;  // positions at the end of the last step of this work        (nvert x 3)
+    bool has_last;
     int npair, max_pair;
     OmSelfPair* pair;
     int nold, max_old;
@@ -92,6 +101,8 @@ typedef struct OmSelfWork {
 void om__near_eval(const OmSelf* self, const OmSelfPair* pair, const double* x, OmNear* near);
 /// Distance of a pair, of any kind.
 double om__near_distance(const OmSelfPair* pair, const double* x);
+/// A distance, m, that the two keep in the step, from the lengths of their vertices' ways alone.
+double om__near_bound(const OmSelfPair* pair, const double* way);
 /// True if the path from x to end keeps the two apart by more than `least`.
 bool om__near_is_free(const OmSelfPair* pair, const double* x, const double* end, double least);
 /// Fraction of the path from x to end at which the distance falls to `least`, 1: it does not; and the closest points
@@ -129,10 +140,17 @@ void om__self_close_set(struct OmContactWork* cw);
 void om__self_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
                          const double* increment, double h, struct OmContactLine* line);
 void om__self_add_line(const struct OmContactWork* cw, double at, double* slope);
-/// Where def.max_work is spent, a solution that would pass is replaced by one in which all free vertices stop.
+/// Where def.max_work is spent, or the substep is the shortest, a solution that would pass is replaced by one in which
+/// all free vertices stop.
 /// @return OM_OK; OM_INVALID (surfaces pass through each other in this step)
 OmStatus om__self_check_paths(struct OmContactWork* cw, const OmTissueModel* model,
                               OmTissueState* state, OmTissueWork* work, double h);
+/// At the beginning of a step: refuse a state that the last step did not make, and whose surfaces cross. Steps keep
+/// surfaces apart, so states of their own need no check; nor are crossings of neighbours in one body found here.
+/// @return OM_OK; OM_INVALID (surfaces cross)
+OmStatus om__self_check_start(struct OmContactWork* cw, const OmTissueState* state);
+/// Remember the positions at the end of a step.
+void om__self_end_step(struct OmContactWork* cw, const OmTissueState* state);
 OmStatus om__self_report_pairs(struct OmContactWork* cw, OmTissueState* state);
 
 #endif

@@ -55,6 +55,8 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
         nstale += nswitch;
         // an impact too hard for this step: the set that a solve finds is that of other places
         bool is_wild = cw->self && n + 1 >= WILD_AFTER && cw->self->nswitch > cw->self->nactive;
+        // so is the set that is about to be closed
+        is_wild |= cw->self && n + 1 == max_iterations / 2 && is_loose;
         OM_CHECK(!is_wild || h < 2 * SHORTEST * cw->h || om_tissue_is_spent(m, w), OM_INVALID,
                  "contact: contact has not settled after %d solves", n + 1);
     }
@@ -203,6 +205,8 @@ OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueStat
              "contact: made for a model of %d vertices, used with one of %d", cw->contact->nvert,
              om_tissue_mesh(m)->nvert);
     cw->report = (OmContactReport){0};
+    if (report) *report = cw->report;
+    OM_TRY(om__self_check_start(cw, s));
     cw->h = h;
     cw->time = cw->substep_time = om_tissue_time(s);
     cw->has_settled = true;
@@ -211,6 +215,7 @@ OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueStat
                       : cw->npress > 0
                           ? step_all(cw, m, s, w, h, &tissue)
                           : om_tissue_step_with(m, s, w, h, solve_contact, cw, &tissue);
+    if (status >= 0) om__self_end_step(cw, s);
     cw->report.is_settled &= cw->has_settled;
     cw->report.tissue = tissue;
     cw->report.nobstacle = cw->contact->def.nobstacle;

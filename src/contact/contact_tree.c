@@ -68,6 +68,22 @@ done:
     return status;
 }
 
+// The ends of the edges around each vertex.
+static OmStatus list_near(OmSelf* f) {
+    f->near_adr = om_calloc((size_t)f->nvert + 1, sizeof *f->near_adr);
+    f->near_vert = om_alloc(2 * (size_t)f->nedge, sizeof *f->near_vert);
+    if (!f->near_adr || !f->near_vert) return OM_NO_MEMORY;
+    int* at = f->near_adr;
+    for (int k = 0; k < 2 * f->nedge; ++k) ++at[f->edge_vert[k] + 1];
+    for (int i = 0; i < f->nvert; ++i) at[i + 1] += at[i];
+    for (int k = 0; k < 2 * f->nedge; ++k)
+        f->near_vert[at[f->edge_vert[k]]++] = f->edge_vert[k ^ 1];
+    // each entry is now the begin of the next
+    for (int i = f->nvert; i > 0; --i) at[i] = at[i - 1];
+    at[0] = 0;
+    return OM_OK;
+}
+
 static int root_of(int* parent, int i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
@@ -191,9 +207,11 @@ OmStatus om__self_create(const OmContactDef* def, const OmTissueModel* m, int nt
     OM_ALLOC_DONE(f->body, mesh->nvert);
     memcpy(f->rest, mesh->x, 3 * (size_t)mesh->nvert * sizeof *f->rest);
     OM_TRY_DONE(make_edges(f));
+    OM_TRY_DONE(list_near(f));
     OM_TRY_DONE(find_bodies(mesh, f));
     OM_TRY_DONE(make_tree(f));
-    f->thickness = def->self_thickness > 0 ? def->self_thickness : 0.1 * mean_edge(f);
+    f->edge = mean_edge(f);
+    f->thickness = def->self_thickness > 0 ? def->self_thickness : 0.1 * f->edge;
     f->friction = def->self_friction;
     f->size = size;
     *self = f;
@@ -209,6 +227,8 @@ void om__self_destroy(OmSelf* f) {
     om_free(f->edge_tri);
     om_free(f->tri_edge);
     om_free(f->own);
+    om_free(f->near_adr);
+    om_free(f->near_vert);
     om_free(f->body);
     om_free(f->node);
     om_free(f->rest);
@@ -232,6 +252,8 @@ OmStatus om__self_work_create(const OmSelf* f, OmSelfWork** work) {
     OM_ALLOC_DONE(w->x, n);
     OM_ALLOC_DONE(w->end, n);
     OM_ALLOC_DONE(w->predicted, n);
+    OM_ALLOC_DONE(w->way, f->nvert);
+    OM_ALLOC_DONE(w->last, n);
     OM_ALLOC_DONE(w->stack, w->max_stack);
     *work = w;
     return OM_OK;
@@ -248,6 +270,8 @@ void om__self_work_destroy(OmSelfWork* w) {
     om_free(w->x);
     om_free(w->end);
     om_free(w->predicted);
+    om_free(w->way);
+    om_free(w->last);
     om_free(w->pair);
     om_free(w->old);
     om_free(w->stack);

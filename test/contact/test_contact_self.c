@@ -75,7 +75,7 @@ static void test_a_block_rests_on_another(void** state) {
         if (n % 10 == 9) assert_no_crossing(&r);
     }
     assert_below(gain, 0.01 * weight * 0.01);  // of the energy of the fall
-    // in 1 s; friction is viscous below 0.1 mm/s
+    // in 1 s; friction is viscous below 0.01 mm/s
     assert_below(om_distance(om_sub(center(&r, 1), center(&r, 0)), place), 2e-5);
     assert_near_rel(om_contact_body_force(r.cw, 1, 0).z, weight, 1e-3);
     double edge = 0.009;  // about the mean edge of the surfaces; the default thickness is a tenth
