@@ -340,6 +340,9 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
     double end = gap_at_end(w, p);
     OmNear near;
     om__near_eval(f, p, w->end, &near);
+    // closest points that went over a border by little: a pair that switched with its neighbour would not settle
+    if (!isfinite(near.distance) && near.is_front && om_distance(near.n, p->n) <= SAME_ANGLE)
+        near.distance = near.apart;
     if (end > RELEASE * f->size || !isfinite(near.distance)) {
         release(w, p);
         return true;

@@ -9,7 +9,7 @@ static const char* const kind_name[NKIND] = {"fall", "fold", "pull"};
 
 typedef struct Tally {
     int nstep, nfar, ntouch;  // steps, not OK, those with contact
-    int nsubstep;
+    int nsubstep, nrefused;
     double worst_gain;  // J over the energy at the beginning, of steps that are OK
 } Tally;
 
@@ -81,6 +81,12 @@ static void step(Play* p, bool is_driven) {
     OmContactReport report;
     double before = is_driven ? 0 : self_energy(&p->r);
     OmStatus status = om_contact_step(p->r.cw, p->r.m, p->r.s, p->r.w, H, &report);
+    // a tool that would push tissue through tissue is refused: then it lets go
+    if (status == OM_INVALID && is_driven && om_tissue_nheld(p->r.s, 0) > 0) {
+        ++p->tally->nrefused;
+        om_tissue_release(p->r.s, 0);
+        return;
+    }
     if (status < 0)
         fail_msg("case %d, %s, step %d: %s", p->at, kind_name[p->kind],
                  (int)(om_tissue_time(p->r.s) / H + 0.5), om_error_message());
@@ -207,7 +213,7 @@ static bool assert_apart(Play* p) {
 static void test_random_falls_folds_and_pulls(void** state) {
     (void)state;
     Tally tally[NKIND] = {{0}};
-    int ncrumpled = 0, nstep = 0, nfar = 0;
+    int ncrumpled = 0, nstep = 0, nfar = 0, nrefused = 0;
     const char *from = getenv("OM_TEST_FROM"), *to = getenv("OM_TEST_TO");
     int begin_at = from ? atoi(from) : 0, end = to ? atoi(to) : test_count(12, 500);
     for (int k = begin_at; k < end; ++k) {
@@ -229,8 +235,11 @@ static void test_random_falls_folds_and_pulls(void** state) {
             100.0 * t->nfar / t->nstep, t->worst_gain);
         nstep += t->nstep;
         nfar += t->nfar;
+        nrefused += t->nrefused;
     }
-    printf("%d cases; neighbours cross in %d\n", end - begin_at, ncrumpled);
+    printf("%d cases; neighbours cross in %d, tools are refused in %d\n", end - begin_at, ncrumpled,
+           nrefused);
+    assert_true(nrefused <= 0.005 * (end - begin_at));
     assert_true(nfar <= 0.02 * nstep);
     assert_true(ncrumpled <= 0.005 * (end - begin_at));
 }
