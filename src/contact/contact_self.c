@@ -35,7 +35,6 @@
 #define WEAK 0.05           // of the strongest push: weaker pairs are measured by its bound
 #define RELEASE 1e-8        // of the model's size: gap at which an active pair is released
 #define ACTIVATE 1e-6       // of the model's size: penetration at which a free pair becomes active
-#define TOUCH 3e-6          // of the model's size: gap of a pair that the last step may have pushed
 #define SAME_GAP 0.01       // of the thickness: error of closest points that are taken anew
 #define SAME_ANGLE 0.02     // rad, the same of the normal
 #define FREEZE_GAP 0.1      // of the thickness: the same in the second half of the iterations
@@ -210,7 +209,7 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return;
-    bool is_in = distance - p->thickness < TOUCH * f->size;
+    bool is_in = distance < p->thickness;  // the penetration that is left is the push of the last step
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return;
     linearise(w, p, &later);
