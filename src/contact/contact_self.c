@@ -44,11 +44,21 @@
 #define LEAST_WAY 0.1       // of the thickness, that paths keep
 #define LAST (1.5 / 1024)   // of a step: a shorter substep cannot be cut (tissue_step.c)
 
-static int compare_pairs(const void* a, const void* b) {
-    const OmSelfPair *p = a, *q = b;
-    if (p->first != q->first) return p->first < q->first ? -1 : 1;
-    if (p->second != q->second) return p->second < q->second ? -1 : 1;
-    return p->vert[0] < q->vert[0] ? -1 : p->vert[0] > q->vert[0];
+static int compare(const int a[3], const int b[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
+    return 0;
+}
+
+static int compare_found(const void* a, const void* b) {
+    const OmSelfFound *p = a, *q = b;
+    return compare((const int[3]){p->first, p->second, p->vert[0]},
+                   (const int[3]){q->first, q->second, q->vert[0]});
+}
+
+static int compare_pair(const OmSelfPair* p, const OmSelfFound* q) {
+    return compare((const int[3]){p->first, p->second, p->vert[0]},
+                   (const int[3]){q->first, q->second, q->vert[0]});
 }
 
 // ---- candidates ---------------------------------------------------------------------------------------
@@ -84,15 +94,15 @@ static OmStatus add_pair(Search* s, const int* a, int na, const int* b, int nb, 
         for (int k = 0; k < nb; ++k)
             if (a[i] == b[k]) return OM_OK;
     if (!paths_meet(s, a, na, b, nb)) return OM_OK;
-    if (w->npair == w->max_pair) {
-        size_t max = 2 * (size_t)w->max_pair + 256;
-        OmSelfPair* pair = om_realloc(w->pair, (size_t)w->max_pair, max, sizeof *pair);
-        if (!pair) return OM_NO_MEMORY;
-        w->pair = pair;
-        w->max_pair = (int)max;
+    if (w->nfound == w->max_found) {
+        size_t max = 2 * (size_t)w->max_found + 256;
+        OmSelfFound* found = om_realloc(w->found, (size_t)w->max_found, max, sizeof *found);
+        if (!found) return OM_NO_MEMORY;
+        w->found = found;
+        w->max_found = (int)max;
     }
-    OmSelfPair* p = &w->pair[w->npair++];
-    *p = (OmSelfPair){.first = first, .second = second};
+    OmSelfFound* p = &w->found[w->nfound++];
+    *p = (OmSelfFound){.first = first, .second = second};
     for (int k = 0; k < 4; ++k) p->vert[k] = k < na ? a[k] : b[k - na];
     return OM_OK;
 }
@@ -188,8 +198,9 @@ static void try_to_stick(OmSelfPair* p, double max, double h) {
     p->friction = om_vec3(0, 0, 0);
 }
 
-// Side, thickness and first guess of a candidate.
-static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+// Side, thickness and first guess of a candidate. False: neighbours on the two sides of one body; if a body is turned
+// inside out is the guard's matter (tissue_guard.c).
+static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* work, OmSelfPair* p, double h) {
     const OmSelf* f = cw->contact->self;
     OmSelfWork* w = cw->self;
@@ -198,9 +209,9 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     om__near_eval(f, p, w->x, &near);
     p->apart = near.apart;
     p->is_dead = !is_facing(f, w, p, &near);
-    p->is_inside = p->is_dead && f->body[p->vert[0]] == f->body[p->vert[3]] &&
-                   om__near_distance(p, f->rest) < f->edge;
-    if (p->is_dead) return;
+    if (p->is_dead)
+        return f->body[p->vert[0]] != f->body[p->vert[3]] ||
+               om__near_distance(p, f->rest) >= f->edge;
     if (p->first >= 0) p->side = near.n;
     double distance = p->apart;  // also of pairs whose contact another one has now
     p->thickness = f->thickness;
@@ -208,17 +219,19 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
     p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
     om__near_eval(f, p, w->end, &later);
-    if (!isfinite(later.distance)) return;
-    bool is_in = distance < p->thickness;  // the penetration that is left is the push of the last step
+    if (!isfinite(later.distance)) return true;
+    bool is_in =
+        distance < p->thickness;  // the penetration that is left is the push of the last step
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
-    if (!p->is_active) return;
+    if (!p->is_active) return true;
     linearise(w, p, &later);
     p->k = stiffness_of(m, s, work, p);
     if (p->k == 0) p->is_active = false;
-    if (!p->is_active || f->friction <= 0 || !is_in) return;
+    if (!p->is_active || f->friction <= 0 || !is_in) return true;
     p->push = p->k * fmax(0, p->thickness - distance);
     p->slip = tangential(p, om_sub(relative(p, w->end), relative(p, w->x)));
     linearise_friction(p, f->friction * p->push, h, 0);
+    return true;
 }
 
 // Candidates along the paths x to x + predicted; what is known of those of the last search stays.
@@ -233,7 +246,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     w->nold = w->npair;
     w->pair = swap;
     w->max_pair = max;
-    w->npair = 0;
+    w->npair = w->nfound = 0;
     // a common translation lengthens no path
     OmVec3 mean = {0, 0, 0};
     for (int i = 0; i < f->nvert; ++i)
@@ -245,16 +258,28 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     om__self_refit(f, w, w->x, w->end, search.reach);
     OM_TRY(om__self_search(f, w, true, meet, &search));
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->end[n] = w->x[n] + w->predicted[n];
-    qsort(w->pair, (size_t)w->npair, sizeof *w->pair, compare_pairs);
+    qsort(w->found, (size_t)w->nfound, sizeof *w->found, compare_found);
+    if (w->nfound > w->max_pair) {
+        size_t more = (size_t)w->nfound + (size_t)w->nfound / 2;
+        OmSelfPair* pair = om_realloc(w->pair, (size_t)w->max_pair, more, sizeof *pair);
+        if (!pair) return OM_NO_MEMORY;
+        w->pair = pair;
+        w->max_pair = (int)more;
+    }
     w->nactive = 0;
-    for (int k = 0, old = 0; k < w->npair; ++k) {
-        OmSelfPair* p = &w->pair[k];
-        while (old < w->nold && compare_pairs(&w->old[old], p) < 0) ++old;
-        if (old < w->nold && compare_pairs(&w->old[old], p) == 0)
+    for (int k = 0, old = 0; k < w->nfound; ++k) {
+        const OmSelfFound* found = &w->found[k];
+        OmSelfPair* p = &w->pair[w->npair];
+        while (old < w->nold && compare_pair(&w->old[old], found) < 0) ++old;
+        if (old < w->nold && compare_pair(&w->old[old], found) == 0) {
             *p = w->old[old];
-        else
-            begin_pair(cw, m, s, work, p, h);
+        } else {
+            *p = (OmSelfPair){.first = found->first, .second = found->second};
+            memcpy(p->vert, found->vert, sizeof p->vert);
+            if (!begin_pair(cw, m, s, work, p, h)) continue;
+        }
         w->nactive += p->is_active;
+        ++w->npair;
     }
     return OM_OK;
 }
@@ -458,8 +483,6 @@ static const OmSelfPair* find_passing(const OmContactWork* cw) {
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
         double least = LEAST_WAY * f->thickness;
-        // one body turned inside out is the guard's matter (tissue_guard.c)
-        if (p->is_inside) continue;
         if (om__near_bound(p, w->way) > least) continue;
         if (!om__near_is_free(p, w->x, w->end, least)) return p;
     }

@@ -43,7 +43,6 @@ typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each
     int vert[4];             // vertex, then the triangle's; or two and two
     int first, second;       // edges; of a vertex: -1 and its triangle
     bool is_dead;            // on the wrong side at the beginning: only its path is checked
-    bool is_inside;          // is_dead, and neighbours in one body
     double apart;            // m, distance at the beginning of the step
     bool is_active, is_closed;
     // of two edges: towards the first one, by the surface around them at the beginning
@@ -70,6 +69,10 @@ typedef struct OmNear {  // closest points of a pair
     bool is_front;    // the first side is in front of the second
 } OmNear;
 
+typedef struct OmSelfFound {  // a candidate of a search, as in OmSelfPair
+    int vert[4], first, second;
+} OmSelfFound;
+
 typedef struct OmSelfWork {
     OmSelfBox* box;     //                                                           (nnode)
     double* normal;     // of triangles, unit; zero if flat                          (ntri x 3)
@@ -80,6 +83,8 @@ typedef struct OmSelfWork {
     double predicted_mean[3], mean[3];  // m, of these displacements, and of those of the last solve
     double* last;  // positions at the end of the last step of this work        (nvert x 3)
     bool has_last;
+    int nfound, max_found;
+    OmSelfFound* found;
     int npair, max_pair;
     OmSelfPair* pair;
     int nold, max_old;

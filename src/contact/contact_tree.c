@@ -273,6 +273,7 @@ void om__self_work_destroy(OmSelfWork* w) {
     om_free(w->way);
     om_free(w->last);
     om_free(w->pair);
+    om_free(w->found);
     om_free(w->old);
     om_free(w->stack);
     om_free(w->touch);
