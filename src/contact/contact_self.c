@@ -61,26 +61,30 @@ static int compare_pair(const OmSelfPair* p, const OmSelfFound* q) {
                    (const int[3]){q->first, q->second, q->vert[0]});
 }
 
+static int compare_pairs(const void* a, const void* b) {
+    const OmSelfPair* q = b;
+    OmSelfFound found = {.first = q->first, .second = q->second, .vert = {q->vert[0]}};
+    return compare_pair(a, &found);
+}
+
 // ---- candidates ---------------------------------------------------------------------------------------
 
 typedef struct Search {
     const OmSelf* self;
     OmSelfWork* work;
     double reach;
-    const double* move;
 } Search;
 
 // Boxes of the paths of two sets of vertices, each wider by the reach.
 static bool paths_meet(const Search* s, const int* a, int na, const int* b, int nb) {
-    const double* x = s->work->x;
+    const double* swept = s->work->swept;
     for (size_t k = 0; k < 3; ++k) {
         double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
         for (int n = 0; n < na + nb; ++n) {
             int side = n >= na;
-            size_t at = 3 * (size_t)(side ? b[n - na] : a[n]) + k;
-            double p = x[at], q = p + s->move[at], min = p < q ? p : q, max = p < q ? q : p;
-            if (min < lo[side]) lo[side] = min;
-            if (max > hi[side]) hi[side] = max;
+            const double* box = swept + 6 * (size_t)(side ? b[n - na] : a[n]) + k;
+            if (box[0] < lo[side]) lo[side] = box[0];
+            if (box[3] > hi[side]) hi[side] = box[3];
         }
         if (lo[0] - hi[1] > 2 * s->reach || lo[1] - hi[0] > 2 * s->reach) return false;
     }
@@ -254,11 +258,14 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     for (int i = 0; i < f->nvert; ++i)
         om_store3(w->end, i, om_sub(om_load3(w->predicted, i), mean));
     om_store3(w->predicted_mean, 0, mean);
-    Search search = {f, w, (0.5 + SLACK) * f->thickness, w->end};
+    Search search = {f, w, (0.5 + SLACK) * f->thickness};
     om__self_refit(f, w, w->x, w->end, search.reach);
     OM_TRY(om__self_search(f, w, true, meet, &search));
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->end[n] = w->x[n] + w->predicted[n];
-    qsort(w->found, (size_t)w->nfound, sizeof *w->found, compare_found);
+    if (w->nold > 0) {  // to be matched; the order of a first search is that of the tree
+        qsort(w->old, (size_t)w->nold, sizeof *w->old, compare_pairs);
+        qsort(w->found, (size_t)w->nfound, sizeof *w->found, compare_found);
+    }
     if (w->nfound > w->max_pair) {
         size_t more = (size_t)w->nfound + (size_t)w->nfound / 2;
         OmSelfPair* pair = om_realloc(w->pair, (size_t)w->max_pair, more, sizeof *pair);

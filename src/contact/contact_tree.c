@@ -249,6 +249,7 @@ OmStatus om__self_work_create(const OmSelf* f, OmSelfWork** work) {
     OM_ALLOC_DONE(w->box, f->nnode);
     OM_ALLOC_DONE(w->normal, 3 * (size_t)f->ntri);
     OM_ALLOC_DONE(w->fan, 2 * n);
+    OM_ALLOC_DONE(w->swept, 2 * n);
     OM_ALLOC_DONE(w->x, n);
     OM_ALLOC_DONE(w->end, n);
     OM_ALLOC_DONE(w->predicted, n);
@@ -267,6 +268,7 @@ void om__self_work_destroy(OmSelfWork* w) {
     om_free(w->box);
     om_free(w->normal);
     om_free(w->fan);
+    om_free(w->swept);
     om_free(w->x);
     om_free(w->end);
     om_free(w->predicted);
@@ -310,6 +312,12 @@ static void find_fans(const OmSelf* f, OmSelfWork* w, const double* x) {
 void om__self_refit(const OmSelf* f, OmSelfWork* w, const double* x, const double* move,
                     double reach) {
     find_fans(f, w, x);
+    for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) {
+        double* box = w->swept + 6 * (n / 3) + n % 3;
+        double end = x[n] + (move ? move[n] : 0);
+        box[0] = least(x[n], end);
+        box[3] = most(x[n], end);
+    }
     for (int n = f->nnode - 1; n >= 0; --n) {
         OmSelfBox* b = &w->box[n];
         if (f->node[n].right) {
@@ -328,10 +336,8 @@ void om__self_refit(const OmSelf* f, OmSelfWork* w, const double* x, const doubl
         }
         for (int c = 0; c < 3; ++c) {
             size_t v = (size_t)f->tri_vert[3 * (size_t)f->node[n].tri + (size_t)c];
-            double end[3];
-            widen(b->lo, b->hi, x + 3 * v);
-            for (size_t k = 0; k < 3; ++k) end[k] = x[3 * v + k] + (move ? move[3 * v + k] : 0);
-            widen(b->lo, b->hi, end);
+            widen(b->lo, b->hi, w->swept + 6 * v);
+            widen(b->lo, b->hi, w->swept + 6 * v + 3);
             widen(b->nlo, b->nhi, w->fan + 6 * v);
             widen(b->nlo, b->nhi, w->fan + 6 * v + 3);
         }
@@ -368,6 +374,7 @@ OmStatus om__self_search(const OmSelf* f, OmSelfWork* w, bool skips, OmSelfMeetF
         OM_CHECK(num + 6 <= w->max_stack, OM_INVALID,
                  "contact: the tree of %d triangles is too deep", f->ntri);
         const OmSelfNode *p = &f->node[a], *q = &f->node[b];
+        if (a != b && !boxes_meet(&w->box[a], &w->box[b])) continue;
         if (skips && normals_agree(&w->box[a], &w->box[b])) continue;
         if (a == b) {
             if (!p->right) continue;
@@ -375,7 +382,6 @@ OmStatus om__self_search(const OmSelf* f, OmSelfWork* w, bool skips, OmSelfMeetF
             for (int k = 0; k < 6; ++k) w->stack[num++] = push[k];
             continue;
         }
-        if (!boxes_meet(&w->box[a], &w->box[b])) continue;
         if (!p->right && !q->right) {
             OM_TRY(meet(ctx, p->tri, q->tri));
             continue;
