@@ -224,8 +224,8 @@ static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return true;
-    bool is_in =
-        distance < p->thickness;  // the penetration that is left is the push of the last step
+    // the penetration that is left is the push of the last step
+    bool is_in = distance < p->thickness;
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return true;
     linearise(w, p, &later);

@@ -74,11 +74,10 @@ typedef struct OmSelfFound {  // a candidate of a search, as in OmSelfPair
 } OmSelfFound;
 
 typedef struct OmSelfWork {
-    OmSelfBox* box;  //                                                           (nnode)
-    double* normal;  // of triangles, unit; zero if flat                          (ntri x 3)
-    double* fan;     // boxes of the normals around each vertex                   (nvert x 6)
-    double*
-        swept;  // boxes of the paths of the vertices,                                    (nvert x 6)
+    OmSelfBox* box;     //                                                           (nnode)
+    double* normal;     // of triangles, unit; zero if flat                          (ntri x 3)
+    double* fan;        // boxes of the normals around each vertex                   (nvert x 6)
+    double* swept;      // boxes of the paths of the vertices                       (nvert x 6)
     double *x, *end;    // positions at the ends of the step                         (nvert x 3)
     double* predicted;  // displacements for which the pairs were searched           (nvert x 3)
     double* way;  // m, length of the displacement less the mean one, of the last solve  (nvert)
