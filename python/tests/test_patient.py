@@ -1,5 +1,5 @@
 """Volumes, meshes and patient models: against volumes computed by hand, files and other libraries."""
-# PARTS 2
+# PARTS 3
 import ctypes
 import functools
 import json
