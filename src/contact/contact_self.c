@@ -491,7 +491,10 @@ static const OmSelfPair* find_passing(const OmContactWork* cw) {
         const OmSelfPair* p = &w->pair[k];
         double least = LEAST_WAY * f->thickness;
         if (om__near_bound(p, w->way) > least) continue;
-        if (!om__near_is_free(p, w->x, w->end, least)) return p;
+        if (om__near_is_free(p, w->x, w->end, least)) continue;
+        // neighbours in one body, as beside a tool: if elements are turned inside out is the guard's matter
+        bool is_one = f->body[p->vert[0]] == f->body[p->vert[3]];
+        if (!is_one || om__near_distance(p, f->rest) >= f->edge) return p;
     }
     return NULL;
 }
