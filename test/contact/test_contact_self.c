@@ -239,6 +239,33 @@ static void test_fast_bodies_do_not_pass_through(void** state) {
     rig_done(&r);
 }
 
+// Through a sheet in a slant, 30 mm aside and 14 mm down in one step: at its end the body would be beside the sheet.
+static void test_a_path_through_a_sheet(void** state) {
+    (void)state;
+    TestRig r;
+    OmTetMesh small;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.004), 6, 6, 1);
+    int *vert = om_alloc((size_t)r.mesh.nvert, sizeof *vert), nsheet = r.mesh.nvert;
+    for (int i = 0; i < nsheet; ++i) vert[i] = i;
+    assert_ok(om_tet_mesh_add_set(&r.mesh, "attachment", vert, nsheet));
+    om_free(vert);
+    assert_ok(om_tet_mesh_box(om_vec3(0.035, 0.021, 0.008), om_vec3(0.05, 0.036, 0.018), 2, 2, 2,
+                              &small));
+    append(&r.mesh, &small);
+    r.def.gravity = om_vec3(0, 0, 0);
+    r.def.solver.tolerance = 1e-4;
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    rig_contact(&r, &def);
+    double* v = (double*)om_tissue_v(r.s);
+    for (int i = nsheet; i < om_tissue_mesh(r.m)->nvert; ++i)
+        om_store3(v, i, om_vec3(1.5, 0, -0.7));
+    assert_true(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL) >= 0);
+    assert_true(lowest(&r, 1) > -0.001);  // -0.006 without it
+    rig_done(&r);
+}
+
 // The two sides of a sheet are nearer to each other than the thickness, through the tissue: they are not in contact.
 // Nor are neighbours of one body that were as near at rest.
 static void test_a_thin_sheet_is_left_alone(void** state) {
@@ -344,6 +371,7 @@ int main(void) {
         cmocka_unit_test(test_friction_on_a_slope),
         cmocka_unit_test(test_a_step_depends_on_the_state_alone),
         cmocka_unit_test(test_fast_bodies_do_not_pass_through),
+        cmocka_unit_test(test_a_path_through_a_sheet),
         cmocka_unit_test(test_a_thin_sheet_is_left_alone),
         cmocka_unit_test(test_bodies_too_near_at_the_beginning),
         cmocka_unit_test(test_what_is_refused),
