@@ -44,6 +44,7 @@ static void ball_patient(double edge, OmPatient* p, OmModelReport* r) {
     }
     OmModelDef def = om_model_default_def("ball.nrrd", edge);
     def.sheet.thickness = 0.008;
+    def.sheet.keep_edge = def.allow_loss = true;  // any mesh will do
     def.sheet.nroi = 50;
     def.sheet.attach[0] = (OmAttachDef){"border", "medial", 0.3, 0};
     def.sheet.attach[1] = (OmAttachDef){"underside", "random", 0.1, 4};
