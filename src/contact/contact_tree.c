@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/base_union.h"
 #include "contact/contact_self.h"
 
 // fmin and fmax are calls: they took a seventh of a search.
@@ -84,11 +85,6 @@ static OmStatus list_near(OmSelf* f) {
     return OM_OK;
 }
 
-static int root_of(int* parent, int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 // Pieces of the mesh, numbered by their first vertices.
 static OmStatus find_bodies(const OmTetMesh* mesh, OmSelf* f) {
     int* parent = om_alloc((size_t)mesh->nvert, sizeof *parent);
@@ -96,12 +92,12 @@ static OmStatus find_bodies(const OmTetMesh* mesh, OmSelf* f) {
     for (int i = 0; i < mesh->nvert; ++i) parent[i] = i;
     for (int e = 0; e < mesh->ntet; ++e)
         for (int k = 1; k < 4; ++k) {
-            int a = root_of(parent, mesh->tet_vert[4 * (size_t)e]),
-                b = root_of(parent, mesh->tet_vert[4 * (size_t)e + (size_t)k]);
+            int a = om__find_root(parent, mesh->tet_vert[4 * (size_t)e]),
+                b = om__find_root(parent, mesh->tet_vert[4 * (size_t)e + (size_t)k]);
             if (a != b) parent[a < b ? b : a] = a < b ? a : b;
         }
     for (int i = 0; i < mesh->nvert; ++i) {
-        int root = root_of(parent, i);
+        int root = om__find_root(parent, i);
         f->body[i] = root == i ? f->nbody++ : f->body[root];
     }
     om_free(parent);

@@ -4,6 +4,7 @@
 // into a mesh (shape_file_finish.c). A file is first written into memory and then saved in one operation.
 #include <string.h>
 
+#include "base/base_union.h"
 #include "shape/shape_file_internal.h"
 
 #define MAX_FILE ((size_t)1 << 34)
@@ -302,11 +303,6 @@ typedef struct Edge {  // chained by its smaller vertex
     int tri;  // the first of them
 } Edge;
 
-static int find_root(int* parent, int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 static void add_edge(Edge* edge, int* nedge, int* head, int a, int b, int tri) {
     int lo = a < b ? a : b, hi = a < b ? b : a, e = head[lo];
     while (e >= 0 && edge[e].other != hi) e = edge[e].next;
@@ -358,7 +354,7 @@ OmStatus om_surface_check(const OmSurface* surface, OmSurfaceCheck* check) {
             add_edge(edge, &nedge, head, v[c], v[(c + 1) % 3], t);
         }
         for (int c = 1; c < 3; c++) {
-            int a = find_root(parent, v[0]), b = find_root(parent, v[c]);
+            int a = om__find_root(parent, v[0]), b = om__find_root(parent, v[c]);
             if (a != b) check->ncomponent--;
             parent[a] = b;
         }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/base_union.h"
 #include "omentum/shape_fit.h"
 #include "shape/shape_internal.h"
 
@@ -24,13 +25,8 @@ static int compare_half(const void* a, const void* b) {
     return x->corner < y->corner ? -1 : 1;
 }
 
-static int find_root(int* parent, int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 static void join(int* parent, int a, int b) {
-    a = find_root(parent, a), b = find_root(parent, b);
+    a = om__find_root(parent, a), b = om__find_root(parent, b);
     if (a < b) parent[b] = a;
     if (b < a) parent[a] = b;
 }
@@ -121,10 +117,10 @@ OmStatus om_surface_topology(const OmSurface* s, OmTopology* topology) {
     OM_TRY_DONE(pair_sides(s, fan, part, &topology->is_manifold));
     // 2 (V - E + F) of each component, at its first triangle: E is three halves of F
     for (int i = 0; i < 3 * s->ntri; i++)
-        if (find_root(fan, i) == i) chi[find_root(part, i / 3)] += 2;
+        if (om__find_root(fan, i) == i) chi[om__find_root(part, i / 3)] += 2;
     for (int t = 0; t < s->ntri; t++) {
         const int* v = s->tri_vert + 3 * (size_t)t;
-        const int p = find_root(part, t);
+        const int p = om__find_root(part, t);
         chi[p] -= 1;
         six[p] +=
             om_dot(om_load3(s->x, v[0]), om_cross(om_load3(s->x, v[1]), om_load3(s->x, v[2])));
@@ -132,12 +128,12 @@ OmStatus om_surface_topology(const OmSurface* s, OmTopology* topology) {
     // a vertex at which fans meet touches itself
     for (int v = 0; v < s->nvert; v++) last[v] = -1;
     for (int i = 0; i < 3 * s->ntri; i++) {
-        const int v = s->tri_vert[i], root = find_root(fan, i);
+        const int v = s->tri_vert[i], root = om__find_root(fan, i);
         if (last[v] >= 0 && last[v] != root) topology->is_manifold = false;
         last[v] = root;
     }
     for (int t = 0; t < s->ntri; t++) {
-        if (find_root(part, t) != t) continue;
+        if (om__find_root(part, t) != t) continue;
         topology->nhandle += 1 - chi[t] / 4;
         topology->npart += six[t] > 0;
         topology->ncavity += six[t] <= 0;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/base_union.h"
 #include "omentum/shape_repair.h"
 #include "shape/shape_internal.h"
 
@@ -90,14 +91,9 @@ static int compare_faces(const void* a, const void* b) {
     return p->tri < q->tri ? -1 : p->tri > q->tri;
 }
 
-static int find_root(int* parent, int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 // The smallest index becomes the root.
 static void join(int* parent, int a, int b) {
-    a = find_root(parent, a), b = find_root(parent, b);
+    a = om__find_root(parent, a), b = om__find_root(parent, b);
     if (a < b)
         parent[b] = a;
     else
@@ -139,8 +135,8 @@ static OmStatus merge_roots(OmTetMesh* mesh, int* parent, int* map) {
     OmTetMesh out = {0};
     int *list = NULL, n = 0;
     for (int v = 0; v < mesh->nvert; v++)
-        if (find_root(parent, v) == v) map[v] = n++;
-    for (int v = 0; v < mesh->nvert; v++) map[v] = map[find_root(parent, v)];
+        if (om__find_root(parent, v) == v) map[v] = n++;
+    for (int v = 0; v < mesh->nvert; v++) map[v] = map[om__find_root(parent, v)];
     OM_TRY_DONE(om_tet_mesh_init(&out, n, mesh->ntet));
     OM_ALLOC_DONE(list, mesh->nvert);
     for (int v = 0; v < mesh->nvert; v++)

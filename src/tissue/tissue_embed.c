@@ -35,20 +35,20 @@ static double distance_to_triangle(OmVec3 p, OmVec3 a, OmVec3 b, OmVec3 c) {
     return fmin(d, om_norm(om_sub(p, closest_on_segment(p, c, a))));
 }
 
-static void barycentric(const double* x, const int* v, OmVec3 p, double bary[4]) {
+double om__barycentric(const double* x, const int* v, OmVec3 p, double bary[4]) {
     OmVec3 o = om_load3(x, v[0]), a = om_sub(om_load3(x, v[1]), o),
            b = om_sub(om_load3(x, v[2]), o), c = om_sub(om_load3(x, v[3]), o), d = om_sub(p, o);
-    double volume = om_dot(om_cross(a, b), c);  // checked positive when the model was made
+    double volume = om_dot(om_cross(a, b), c);
     bary[1] = om_dot(om_cross(d, b), c) / volume;
     bary[2] = om_dot(om_cross(a, d), c) / volume;
     bary[3] = om_dot(om_cross(a, b), d) / volume;
     bary[0] = 1 - bary[1] - bary[2] - bary[3];
+    return fmin(fmin(bary[0], bary[1]), fmin(bary[2], bary[3]));
 }
 
 static double distance_to_tet(const double* x, const int* v, OmVec3 p) {
     double bary[4];
-    barycentric(x, v, p, bary);
-    if (fmin(fmin(bary[0], bary[1]), fmin(bary[2], bary[3])) >= 0) return 0;
+    if (om__barycentric(x, v, p, bary) >= 0) return 0;
     OmVec3 a = om_load3(x, v[0]), b = om_load3(x, v[1]), c = om_load3(x, v[2]),
            d = om_load3(x, v[3]);
     double near = fmin(distance_to_triangle(p, a, b, c), distance_to_triangle(p, a, b, d));
@@ -73,7 +73,7 @@ static void search_points(void* ctx, int begin, int end, int block) {
             found = e;
         }
         s->out->tet[k] = found;
-        barycentric(mesh->x, mesh->tet_vert + 4 * (size_t)found, p, s->out->bary + 4 * (size_t)k);
+        om__barycentric(mesh->x, mesh->tet_vert + 4 * (size_t)found, p, s->out->bary + 4 * (size_t)k);
         for (int a = 0; a < 4; ++a)
             s->out->tet_vert[4 * (size_t)k + (size_t)a] =
                 mesh->tet_vert[4 * (size_t)found + (size_t)a];

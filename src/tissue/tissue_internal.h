@@ -239,6 +239,11 @@ double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 void om__points_apply(const OmTissueState* state, OmTissueWork* work);
 void om__points_undo(OmTissueWork* work);
 
+// ---- tissue_embed.c -------------------------------------------------------------------------------
+
+/// Barycentric coordinates of p in the tetrahedron v of positions x; returns the least of them. It must not be flat.
+double om__barycentric(const double* x, const int* v, OmVec3 p, double bary[4]);
+
 // ---- tissue_tie.c ---------------------------------------------------------------------------------
 
 /// Add forces between places to A and rhs.

@@ -11,21 +11,6 @@
 
 #define AT_REST 1e-9  // of the model's size: distance of the two places of a bond at rest
 
-// Barycentric coordinates of p in a tetrahedron; returns the least of them.
-static double barycentric(const OmTetMesh* mesh, int tet, OmVec3 p, double bary[4]) {
-    OmVec3 x[4];
-    for (int c = 0; c < 4; ++c)
-        x[c] = om_load3(mesh->x, mesh->tet_vert[4 * (size_t)tet + (size_t)c]);
-    OmVec3 e1 = om_sub(x[1], x[0]), e2 = om_sub(x[2], x[0]), e3 = om_sub(x[3], x[0]),
-           d = om_sub(p, x[0]);
-    double det = om_dot(e1, om_cross(e2, e3));
-    bary[1] = om_dot(d, om_cross(e2, e3)) / det;
-    bary[2] = om_dot(d, om_cross(e3, e1)) / det;
-    bary[3] = om_dot(d, om_cross(e1, e2)) / det;
-    bary[0] = 1 - bary[1] - bary[2] - bary[3];
-    return fmin(fmin(bary[0], bary[1]), fmin(bary[2], bary[3]));
-}
-
 OmStatus om_tissue_make_bonds(const OmTetMesh* mesh, int nvert, const int* vert, int tet_begin,
                               int tet_end, double stiffness, OmTissueBond* bond) {
     OM_CHECK(tet_begin >= 0 && tet_begin < tet_end && tet_end <= mesh->ntet, OM_INVALID,
@@ -39,7 +24,7 @@ OmStatus om_tissue_make_bonds(const OmTetMesh* mesh, int nvert, const int* vert,
             const int* v = mesh->tet_vert + 4 * (size_t)t;
             bool is_own = v[0] == vert[k] || v[1] == vert[k] || v[2] == vert[k] || v[3] == vert[k];
             OM_CHECK(!is_own, OM_INVALID, "bonds: vertex %d belongs to the other body", vert[k]);
-            double least = barycentric(mesh, t, p, bary);
+            double least = om__barycentric(mesh->x, v, p, bary);
             if (!(least > best)) continue;
             best = least;
             bond[k] = (OmTissueBond){.vert = {vert[k], v[0], v[1], v[2], v[3]},

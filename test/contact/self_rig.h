@@ -11,22 +11,12 @@ static const OmContactPlane self_floor = {{0, 0, 0}, {0, 0, 1}};
 
 /// Append a mesh, which is freed: another body of the same model, whose elements have the next label.
 static inline void self_append(OmTetMesh* mesh, OmTetMesh* more) {
-    OmTetMesh all = {.nvert = mesh->nvert + more->nvert, .ntet = mesh->ntet + more->ntet};
-    all.x = om_calloc(3 * (size_t)all.nvert, sizeof(double));
-    all.tet_vert = om_calloc(4 * (size_t)all.ntet, sizeof(int));
-    all.tet_label = om_calloc((size_t)all.ntet, sizeof(int));
+    OmTetMesh all;
     int label = 0;
-    for (int e = 0; e < mesh->ntet; ++e) {
-        all.tet_label[e] = mesh->tet_label[e];
+    for (int e = 0; e < mesh->ntet; ++e)
         if (label <= mesh->tet_label[e]) label = mesh->tet_label[e] + 1;
-    }
-    for (int e = mesh->ntet; e < all.ntet; ++e) all.tet_label[e] = label;
-    for (int i = 0; i < all.nvert; ++i)
-        om_store3(all.x, i,
-                  i < mesh->nvert ? om_load3(mesh->x, i) : om_load3(more->x, i - mesh->nvert));
-    for (int k = 0; k < 4 * all.ntet; ++k)
-        all.tet_vert[k] = k < 4 * mesh->ntet ? mesh->tet_vert[k]
-                                             : more->tet_vert[k - 4 * mesh->ntet] + mesh->nvert;
+    for (int e = 0; e < more->ntet; ++e) more->tet_label[e] = label;
+    assert_ok(om_tet_mesh_join(mesh, more, &all));
     om_tet_mesh_done(mesh);
     om_tet_mesh_done(more);
     *mesh = all;

@@ -1,39 +1,22 @@
 // test_contact_self.c: tissue in contact with itself, and bodies of one mesh with each other: balance, weight, no
 // passing through, friction, what is refused, and that the state alone decides.
-#include "test_rig.h"
-
-static const OmContactPlane floor_plane = {{0, 0, 0}, {0, 0, 1}};
-
-/// Append a mesh: another body of the same model.
-static void append(OmTetMesh* mesh, OmTetMesh* more) {
-    OmTetMesh all;
-    assert_ok(om_tet_mesh_join(mesh, more, &all));
-    om_tet_mesh_done(mesh);
-    om_tet_mesh_done(more);
-    *mesh = all;
-}
+#include "self_rig.h"
 
 // A small block above a larger one, `gap` m apart, on the floor; not one vertex above another.
-static void rig_blocks(TestRig* r, double gap, int n, OmTissueElement element, double friction) {
+static void rig_blocks(TestRig* r, double gap, int n, int nworker, double friction) {
     OmTetMesh small;
     rig_box(r, om_vec3(0, 0, 0), om_vec3(0.04, 0.04, 0.02), n, n, n / 2);
     assert_ok(om_tet_mesh_box(om_vec3(0.011, 0.009, 0.02 + gap), om_vec3(0.031, 0.029, 0.04 + gap),
                               n / 2, n / 2, n / 2, &small));
-    append(&r->mesh, &small);
-    r->def.element = element;
+    self_append(&r->mesh, &small);
+    r->def.solver.nworker = nworker;
     r->def.solver.tolerance = 1e-4;
     rig_start(r);
-    OmTissueObstacle board = om_plane_obstacle(&floor_plane);
+    OmTissueObstacle board = om_plane_obstacle(&self_floor);
     OmContactDef def = rig_on(&board);
     def.self_contact = true;
     def.self_friction = friction;
     rig_contact(r, &def);
-}
-
-static void assert_no_crossing(TestRig* r) {
-    int num = -1;
-    assert_ok(om_contact_find_crossing(r->cw, r->s, &num, NULL));
-    assert_int_equal(num, 0);
 }
 
 static double lowest(const TestRig* r, int body) {
@@ -43,23 +26,14 @@ static double lowest(const TestRig* r, int body) {
     return z;
 }
 
-static OmVec3 center(const TestRig* r, int body) {
-    OmVec3 sum = {0, 0, 0};
-    int num = 0;
-    for (int i = 0; i < om_tissue_mesh(r->m)->nvert; ++i) {
-        if (om_contact_body_of(r->c, i) != body) continue;
-        sum = om_add(sum, om_load3(om_tissue_x(r->s), i));
-        ++num;
-    }
-    return om_scale(1.0 / num, sum);
-}
+static OmVec3 center(const TestRig* r, int body) { return self_mean(r, body, om_tissue_x(r->s)); }
 
 // A block falls on another: it comes to rest on it, the force between them is its weight, and the forces of both sides
 // are opposite to rounding.
 static void test_a_block_rests_on_another(void** state) {
     (void)state;
     TestRig r;
-    rig_blocks(&r, 0.01, 4, OM_ELEMENT_LINEAR, 0.3);
+    rig_blocks(&r, 0.01, 4, 1, 0.3);
     assert_int_equal(om_contact_body_count(r.c), 2);
     double weight = 0, gain = 0;
     for (int i = 0; i < om_tissue_mesh(r.m)->nvert; ++i)
@@ -72,7 +46,7 @@ static void test_a_block_rests_on_another(void** state) {
         OmVec3 f = om_contact_body_force(r.cw, 1, 0), g = om_contact_body_force(r.cw, 0, 1);
         assert_true(om_norm(om_add(f, g)) <= 1e-15 * om_norm(f));
         gain = fmax(gain, report.tissue.energy_gain);
-        if (n % 10 == 9) assert_no_crossing(&r);
+        if (n % 10 == 9) self_assert_no_crossing(&r);
     }
     assert_below(gain, 0.01 * weight * 0.01);  // of the energy of the fall
     // in 1 s; friction is viscous below 0.01 mm/s
@@ -96,25 +70,27 @@ static void test_a_block_rests_on_another(void** state) {
     rig_done(&r);
 }
 
-// Without friction on a level floor momentum along it is kept; the block slides off another and lies beside it.
+// Without friction the block slides off another and lies beside it.
 static void test_without_friction_it_slides_off(void** state) {
     (void)state;
     TestRig r;
-    rig_blocks(&r, 0.002, 4, OM_ELEMENT_LINEAR, 0);
-    r.def.rayleigh_mass = 0;
-    for (int i = 0; i < om_tissue_mesh(r.m)->nvert; ++i) {
-        double* v = (double*)om_tissue_v(r.s) + 3 * i;
-        if (om_contact_body_of(r.c, i) == 1) v[0] = 0.1;
-    }
+    rig_blocks(&r, 0.002, 4, 1, 0);
+    self_throw(&r, 1, om_vec3(0.1, 0, 0));
     double x = 0;
     for (int n = 0; n < 60; ++n) {
         assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
         if (n == 40) x = lowest(&r, 1);
-        if (n % 10 == 9) assert_no_crossing(&r);
+        if (n % 10 == 9) self_assert_no_crossing(&r);
     }
     assert_below(lowest(&r, 1), 1e-3);
     assert_true(x >= -1e-4);
     rig_done(&r);
+}
+
+static bool is_low(OmVec3 p) { return p.z < 0.0051; }
+
+static bool is_border(OmVec3 p) {
+    return p.z < 0.01 && (fabs(p.x - 0.03) > 0.0299 || fabs(p.y - 0.03) > 0.0299);
 }
 
 static double strongest(const OmContactReport* report) {
@@ -135,12 +111,8 @@ static void test_friction_on_a_slope(void** state) {
         rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.12, 0.03, 0.005), 12, 3, 1);
         assert_ok(om_tet_mesh_box(om_vec3(0.096, 0.007, 0.0059), om_vec3(0.112, 0.023, 0.0099), 2,
                                   2, 1, &small));
-        append(&r.mesh, &small);
-        int *vert = om_alloc((size_t)r.mesh.nvert, sizeof *vert), num = 0;
-        for (int i = 0; i < r.mesh.nvert; ++i)
-            if (r.mesh.x[3 * i + 2] < 0.0051) vert[num++] = i;  // a rigid slope
-        assert_ok(om_tet_mesh_add_set(&r.mesh, "attachment", vert, num));
-        om_free(vert);
+        self_append(&r.mesh, &small);
+        self_attach(&r, is_low);
         r.def.gravity = om_scale(9.81, om_normalize(om_vec3(-slope, 0, -1)));
         r.def.rayleigh_mass = 0;
         r.def.solver.tolerance = 1e-5;
@@ -176,18 +148,7 @@ static void test_a_step_depends_on_the_state_alone(void** state) {
     uint64_t first = 0;
     for (int nworker = 1; nworker <= 4; nworker *= 2) {
         TestRig r;
-        OmTetMesh small;
-        rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.04, 0.04, 0.02), 4, 4, 2);
-        assert_ok(om_tet_mesh_box(om_vec3(0.011, 0.009, 0.022), om_vec3(0.031, 0.029, 0.042), 2, 2,
-                                  2, &small));
-        append(&r.mesh, &small);
-        r.def.solver.nworker = nworker;
-        rig_start(&r);
-        OmTissueObstacle board = om_plane_obstacle(&floor_plane);
-        OmContactDef def = rig_on(&board);
-        def.self_contact = true;
-        def.self_friction = 0.2;
-        rig_contact(&r, &def);
+        rig_blocks(&r, 0.002, 4, nworker, 0.2);
         size_t size = om_tissue_state_size(r.m);
         void* copy = om_alloc(1, size);
         for (int n = 0; n < 12; ++n) {
@@ -213,26 +174,18 @@ static void test_fast_bodies_do_not_pass_through(void** state) {
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.004), 6, 6, 1);
     assert_ok(om_tet_mesh_box(om_vec3(0.022, 0.021, 0.02), om_vec3(0.037, 0.036, 0.035), 2, 2, 2,
                               &small));
-    append(&r.mesh, &small);
-    int* vert = om_alloc((size_t)r.mesh.nvert, sizeof *vert);
-    int num = 0;
-    for (int i = 0; i < r.mesh.nvert; ++i) {
-        OmVec3 x = om_load3(r.mesh.x, i);
-        if (x.z < 0.01 && (fabs(x.x - 0.03) > 0.0299 || fabs(x.y - 0.03) > 0.0299)) vert[num++] = i;
-    }
-    assert_ok(om_tet_mesh_add_set(&r.mesh, "attachment", vert, num));
-    om_free(vert);
+    self_append(&r.mesh, &small);
+    self_attach(&r, is_border);
     r.def.solver.tolerance = 1e-4;
     rig_start(&r);
     OmContactDef def = om_contact_default_def();
     def.self_contact = true;
     rig_contact(&r, &def);
-    for (int i = 0; i < om_tissue_mesh(r.m)->nvert; ++i)
-        if (om_contact_body_of(r.c, i) == 1) ((double*)om_tissue_v(r.s))[3 * i + 2] = -0.5;
+    self_throw(&r, 1, om_vec3(0, 0, -0.5));
     for (int n = 0; n < 40; ++n) {
         OmStatus status = om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL);
         if (status < 0) fail_msg("step %d: %s", n, om_error_message());
-        assert_no_crossing(&r);
+        self_assert_no_crossing(&r);
     }
     // it lies in the sag of the sheet
     assert_true(om_contact_body_force(r.cw, 1, 0).z > 0);
@@ -245,24 +198,19 @@ static void test_a_path_through_a_sheet(void** state) {
     TestRig r;
     OmTetMesh small;
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.004), 6, 6, 1);
-    int *vert = om_alloc((size_t)r.mesh.nvert, sizeof *vert), nsheet = r.mesh.nvert;
-    for (int i = 0; i < nsheet; ++i) vert[i] = i;
-    assert_ok(om_tet_mesh_add_set(&r.mesh, "attachment", vert, nsheet));
-    om_free(vert);
+    self_attach(&r, is_low);  // all of it
     assert_ok(om_tet_mesh_box(om_vec3(0.035, 0.021, 0.008), om_vec3(0.05, 0.036, 0.018), 2, 2, 2,
                               &small));
-    append(&r.mesh, &small);
+    self_append(&r.mesh, &small);
     r.def.gravity = om_vec3(0, 0, 0);
     r.def.solver.tolerance = 1e-4;
     rig_start(&r);
     OmContactDef def = om_contact_default_def();
     def.self_contact = true;
     rig_contact(&r, &def);
-    double* v = (double*)om_tissue_v(r.s);
-    for (int i = nsheet; i < om_tissue_mesh(r.m)->nvert; ++i)
-        om_store3(v, i, om_vec3(1.5, 0, -0.7));
+    self_throw(&r, 1, om_vec3(1.5, 0, -0.7));
     assert_true(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL) >= 0);
-    assert_true(lowest(&r, 1) > -0.001);  // -0.006 without it
+    assert_true(lowest(&r, 1) > -0.001);  // -0.006 without contact
     rig_done(&r);
 }
 
@@ -296,7 +244,7 @@ static void test_bodies_too_near_at_the_beginning(void** state) {
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.02, 0.02, 0.01), 4, 4, 2);
     assert_ok(om_tet_mesh_box(om_vec3(0.001, 0.002, 0.0102), om_vec3(0.019, 0.018, 0.0202), 3, 3, 2,
                               &other));
-    append(&r.mesh, &other);
+    self_append(&r.mesh, &other);
     r.def.gravity = om_vec3(0, 0, 0);
     r.def.rayleigh_mass = 50;  // they stop where nothing pushes them
     rig_start(&r);
@@ -320,7 +268,7 @@ static void test_bodies_too_near_at_the_beginning(void** state) {
 static void test_what_is_refused(void** state) {
     (void)state;
     TestRig r;
-    rig_blocks(&r, 0.01, 2, OM_ELEMENT_LINEAR, 0);
+    rig_blocks(&r, 0.01, 2, 1, 0);
     OmContactDef def = om_contact_default_def();
     OmContact* c;
     def.self_contact = true;
