@@ -47,7 +47,7 @@ SIDEWAYS = {
 
 PUBLIC_ROOM = {"vec": "math", "body": "world"}  # headers whose name does not begin with the room
 EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
-WITHIN = {"base/base_blas.h", "base/base_grow.h", "base/base_multiversion.h", "base/base_rng.h", "base/base_simd.h", "base/base_slots.h"}  # for the library's own files, not for users
+WITHIN = {"base/base_blas.h", "base/base_grow.h", "base/base_multiversion.h", "base/base_rng.h", "base/base_simd.h", "base/base_slots.h", "base/base_union.h"}  # for the library's own files, not for users
 ENGINE = "tissue/tissue_internal.h"  # private to tissue, but for the engines of its floor
 
 C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h

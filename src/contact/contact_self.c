@@ -22,6 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "contact/contact_internal.h"
 
 #define STIFF 30            // times the resistance against moving the two sides alone
@@ -95,13 +96,7 @@ static OmStatus add_pair(Search* s, const int* a, int na, const int* b, int nb, 
         for (int k = 0; k < nb; ++k)
             if (a[i] == b[k]) return OM_OK;
     if (!paths_meet(s, a, na, b, nb)) return OM_OK;
-    if (w->nfound == w->max_found) {
-        size_t max = 2 * (size_t)w->max_found + 256;
-        OmSelfFound* found = om_realloc(w->found, (size_t)w->max_found, max, sizeof *found);
-        if (!found) return OM_NO_MEMORY;
-        w->found = found;
-        w->max_found = (int)max;
-    }
+    OM_GROW(w->found, w->nfound, w->max_found, 256);
     OmSelfFound* p = &w->found[w->nfound++];
     *p = (OmSelfFound){.first = first, .second = second};
     for (int k = 0; k < 4; ++k) p->vert[k] = k < na ? a[k] : b[k - na];
@@ -535,18 +530,12 @@ OmStatus om__self_report_pairs(OmContactWork* cw, OmTissueState* s) {
     if (!w) return OM_OK;
     double* f_contact = om_tissue_contact_force(s);
     w->ntouch = 0;
-    if (w->nactive > w->max_touch) {
-        size_t max = (size_t)w->nactive + (size_t)w->nactive / 2;
-        OmContactTouch* touch = om_realloc(w->touch, (size_t)w->max_touch, max, sizeof *touch);
-        if (!touch) return OM_NO_MEMORY;
-        w->touch = touch;
-        w->max_touch = (int)max;
-    }
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
         if (!p->is_active || p->push <= 0) continue;
         OmNear near;
         om__near_eval(f, p, w->end, &near);
+        OM_GROW(w->touch, w->ntouch, w->max_touch, 64);
         OmContactTouch* t = &w->touch[w->ntouch++];
         *t = (OmContactTouch){.body = {f->body[p->vert[0]], f->body[p->vert[3]]},
                               .normal = p->n,

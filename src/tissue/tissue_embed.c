@@ -73,7 +73,8 @@ static void search_points(void* ctx, int begin, int end, int block) {
             found = e;
         }
         s->out->tet[k] = found;
-        om__barycentric(mesh->x, mesh->tet_vert + 4 * (size_t)found, p, s->out->bary + 4 * (size_t)k);
+        om__barycentric(mesh->x, mesh->tet_vert + 4 * (size_t)found, p,
+                        s->out->bary + 4 * (size_t)k);
         for (int a = 0; a < 4; ++a)
             s->out->tet_vert[4 * (size_t)k + (size_t)a] =
                 mesh->tet_vert[4 * (size_t)found + (size_t)a];

@@ -5,6 +5,7 @@
 // the springs of attachments are; forces that a method adds come and go with each solve.
 #include <string.h>
 
+#include "base/base_grow.h"
 #include "tissue/tissue_internal.h"
 
 // ---- bonds ------------------------------------------------------------------------------------------
@@ -136,13 +137,7 @@ OmStatus om_tissue_add_tie(OmTissueWork* w, const int vert[4], const double weig
     for (int a = 0; a < 4; ++a)
         OM_CHECK(vert[a] >= 0 && vert[a] < w->nvert, OM_INVALID,
                  "tissue: vertex %d of a tie is not one of the mesh's %d", vert[a], w->nvert);
-    if (w->ntie == w->max_tie) {
-        size_t max = 2 * (size_t)w->max_tie + 64;
-        OmTissueTie* tie = om_realloc(w->tie, (size_t)w->max_tie, max, sizeof *tie);
-        if (!tie) return OM_NO_MEMORY;
-        w->tie = tie;
-        w->max_tie = (int)max;
-    }
+    OM_GROW(w->tie, w->ntie, w->max_tie, 64);
     OmTissueTie* t = &w->tie[w->ntie++];
     for (int a = 0; a < 4; ++a) {
         t->vert[a] = vert[a];
