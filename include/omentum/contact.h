@@ -112,8 +112,7 @@ OM_API OmStatus om_contact_work_move(OmContactWork* contact_work, int obstacle, 
 /// searched for surfaces that cross: 1 ms for 2,000 vertices.
 /// @return as om_tissue_step; OM_INVALID also for a model with another number of vertices than the contact's, and where
 ///         surfaces of the tissue cross at the start (the message has the place);
-///         OM_NOT_CONVERGED also where contact has not settled, and where a tool moves what it holds through other
-///         tissue (the state advanced)
+///         OM_NOT_CONVERGED also where contact has not settled (the state advanced)
 OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);

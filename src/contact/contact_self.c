@@ -511,9 +511,6 @@ OmStatus om__self_check_paths(OmContactWork* cw, const OmTissueModel* m, OmTissu
     if (p && (h < LAST * cw->h || om_tissue_is_spent(m, work))) {
         stop(cw, m, s, work, h);
         p = find_passing(cw);
-        // what is free stands still: a tool moves what it holds through other tissue, and the step is not settled
-        for (int k = 0; p && k < 4; ++k)
-            if (om_tissue_is_prescribed(m, s, p->vert[k])) return OM_OK;
     }
     if (!p) return OM_OK;
     OmVec3 at = om_scale(1e3, om_load3(cw->self->x, p->vert[0]));
