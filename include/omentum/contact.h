@@ -82,6 +82,9 @@ typedef struct OmContactReport {
     double self_penetration;
     bool is_settled;  // in all substeps: contact vertices, planes of curved obstacles and friction
                       // stopped changing; false only with OM_NOT_CONVERGED
+    // With self_contact: a tool stopped short of its goal, where its tissue would pass through other tissue. Then
+    // is_settled is false. The next step moves the tool on.
+    bool is_held_back;
 } OmContactReport;
 
 /// Obstacles and settings for one model; constant, shared by any number of bodies and threads.

@@ -217,7 +217,7 @@ double om__near_impact(const OmSelfPair* pair, const double* x, const double* en
     for (int k = 0; k < 4; ++k) path.p[k] = om_madd(path.p[k], part, path.move[k]);
     weigh(path.is_edges, path.p, near->weight);
     OmVec3 r = combine(near->weight, path.p);
-    near->distance = om_norm(r);
+    near->distance = near->apart = om_norm(r);
     near->n = om_normalize(r);
     near->is_front = true;
     return part;

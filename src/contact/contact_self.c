@@ -9,10 +9,10 @@
 //
 // Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the boxes by more than
 // a slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
-// the path of each candidate is followed (contact_near.c). A step in which surfaces would pass through each other is
-// refused, and cut by om_tissue_step_with. The side of a pair is that of the beginning: there surfaces are apart, for
-// no earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a thin sheet, are
-// behind each other: they are dead, and only those of two bodies have their paths checked.
+// the path of each candidate is followed (contact_near.c). The side of a pair is that of the beginning: there surfaces
+// are apart, for no earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a
+// thin sheet, are behind each other: they are dead. A pair that would pass, dead or not, is caught: it keeps a small
+// gap. What still passes is refused, and cut by om_tissue_step_with; a tool is held back.
 //
 // Friction is Coulomb's, linearised at the last slip: Newton's method. Where the slip turned round, the pair is tried
 // as sticking. A push that is far from the last one, as in first guesses, takes the viscosity instead: Newton's
@@ -40,7 +40,9 @@
 #define FACING 0.5          // cosine: a vertex whose surface looks further away is not in contact
 #define REST_SHARE 0.8      // of the distance at rest, which neighbours in one body may keep
 #define LEAST_WAY 0.1       // of the thickness, that paths keep
-#define LAST (1.5 / 1024)   // of a step: a shorter substep cannot be cut (tissue_step.c)
+#define CAUGHT 0.2  // of the thickness, that a pair keeps whose path led through the other side
+#define HOLD_BACK (1.0 / 8)  // of a step: in shorter ones a tool that would pass stands still
+#define LAST (1.5 / 1024)    // of a step: a shorter substep cannot be cut (tissue_step.c)
 
 static int compare(const int a[3], const int b[3]) {
     for (int k = 0; k < 3; ++k)
@@ -141,13 +143,21 @@ static bool is_facing(const OmSelf* f, const OmSelfWork* w, const OmSelfPair* p,
     return om_dot(near->n, n) < FACING;
 }
 
+// Fraction of its path that a caught pair can go, and the closest points there.
+static double impact_of_caught(const OmSelfWork* w, const OmSelfPair* p, OmNear* hit) {
+    return om__near_impact(p, w->x, w->end, 0.5 * fmin(p->thickness, p->apart), hit);
+}
+
 // Take the closest points for the next solve: those at the end of the path, or, where it leads through the other side,
 // those at the impact.
 static void linearise(const OmSelfWork* w, OmSelfPair* p, const OmNear* near) {
     OmNear hit = *near;
     OmVec3 move = {0, 0, 0};
     double part = 1;
-    if (near->distance < 0) part = om__near_impact(p, w->x, w->end, p->thickness, &hit);
+    if (p->is_caught)
+        part = impact_of_caught(w, p, &hit);
+    else if (near->distance < 0)
+        part = om__near_impact(p, w->x, w->end, p->thickness, &hit);
     memcpy(p->weight, hit.weight, sizeof p->weight);
     p->n = hit.n;
     for (int k = 0; k < 4; ++k) {
@@ -194,6 +204,22 @@ static void try_to_stick(OmSelfPair* p, double max, double h) {
     p->friction = om_vec3(0, 0, 0);
 }
 
+// Gap that a caught pair keeps.
+static double keep_of_caught(const OmSelf* f, const OmSelfPair* p) {
+    return fmin(CAUGHT * f->thickness, REST_SHARE * om__near_distance(p, f->rest));
+}
+
+// From the next solve on keep the two sides of a pair apart, whatever they look at.
+static void catch_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                       const OmTissueWork* work, OmSelfPair* p, double h) {
+    p->is_caught = true;
+    p->thickness = keep_of_caught(cw->contact->self, p);
+    p->goal = fmin(0, p->apart - p->thickness + cw->contact->def.recover_speed * h);
+    linearise(cw->self, p, &(OmNear){0});
+    p->k = stiffness_of(m, s, work, p);
+    p->is_active = p->k > 0;
+}
+
 // Side, thickness and first guess of a candidate. False: neighbours on the two sides of one body; if a body is turned
 // inside out is the guard's matter (tissue_guard.c).
 static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
@@ -205,9 +231,10 @@ static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     om__near_eval(f, p, w->x, &near);
     p->apart = near.apart;
     p->is_dead = !is_facing(f, w, p, &near);
-    if (p->is_dead)
-        return f->body[p->vert[0]] != f->body[p->vert[3]] ||
-               om__near_distance(p, f->rest) >= f->edge;
+    if (p->is_dead) {
+        if (p->apart < keep_of_caught(f, p)) catch_pair(cw, m, s, work, p, h);
+        return true;
+    }
     if (p->first >= 0) p->side = near.n;
     double distance = p->apart;  // also of pairs whose contact another one has now
     p->thickness = f->thickness;
@@ -362,7 +389,11 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
     OmVec3 d = om_sub(relative(p, w->end), relative(p, w->x));
     double end = gap_at_end(w, p);
     OmNear near;
-    om__near_eval(f, p, w->end, &near);
+    double part = 1;
+    if (p->is_caught)
+        part = impact_of_caught(w, p, &near);
+    else
+        om__near_eval(f, p, w->end, &near);
     // closest points that went over a border by little: a pair that switched with its neighbour would not settle
     if (!isfinite(near.distance) && near.is_front && om_distance(near.n, p->n) <= SAME_ANGLE)
         near.distance = near.apart;
@@ -378,9 +409,32 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
     double error = fabs(gap - end), angle = om_distance(near.n, p->n);
     bool is_valid = is_damped ? error <= FREEZE_GAP * f->thickness
                               : error <= SAME_GAP * f->thickness && angle <= SAME_ANGLE;
+    is_valid &= part >= 1;
     if (!is_valid) linearise(w, p, &near);
     w->nslip -= is_changed && !is_valid;  // counted once
     return !is_valid || is_changed;
+}
+
+// True if the path of a pair in the last solution leads through the other side.
+static bool is_passing(const OmSelf* f, const OmSelfWork* w, const OmSelfPair* p) {
+    double least = LEAST_WAY * f->thickness;
+    return om__near_bound(p, w->way) <= least && !om__near_is_free(p, w->x, w->end, least);
+}
+
+// Pairs that no force keeps apart, and that would pass; returns how many.
+static int catch_passing(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                         const OmTissueWork* work, double h) {
+    const OmSelf* f = cw->contact->self;
+    OmSelfWork* w = cw->self;
+    int num = 0;
+    for (int k = 0; k < w->npair; ++k) {
+        OmSelfPair* p = &w->pair[k];
+        if (p->is_active || p->is_closed || !is_passing(f, w, p)) continue;
+        catch_pair(cw, m, s, work, p, h);
+        w->nactive += p->is_active;
+        num += p->is_active;
+    }
+    return num;
 }
 
 OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
@@ -412,12 +466,12 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
             w->strongest = fmax(w->strongest, -w->pair[k].k * gap_at_end(w, &w->pair[k]));
     for (int k = 0; k < w->npair; ++k) {
         OmSelfPair* p = &w->pair[k];
-        if (p->is_dead) continue;
         p->force = om_vec3(0, 0, 0);
         if (p->is_active) {
             *nchange += update_active(f, w, p, h, is_damped);
             continue;
         }
+        if (p->is_dead) continue;
         OmNear near;
         if (om__near_bound(p, w->way) >= p->thickness) continue;
         om__near_eval(f, p, w->end, &near);
@@ -438,7 +492,10 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
     // a few pairs that stick and slip by turns: their sum is right
     if (w->nsolve > DAMP_FROM && w->friction_error <= SAME_FRICTION * w->friction_bound)
         *nchange -= w->nslip;
-    if (!is_lost) return OM_OK;
+    if (!is_lost) {
+        if (*nchange == 0) *nchange = catch_passing(cw, m, s, work, h);
+        return OM_OK;
+    }
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->predicted[n] = w->end[n] - w->x[n];
     int nactive = w->nactive, npair = w->npair;
     OM_TRY(search(cw, m, s, work, h));
@@ -481,20 +538,23 @@ static const OmSelfPair* find_passing(const OmContactWork* cw) {
     const OmSelfWork* w = cw->self;
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
-        double least = LEAST_WAY * f->thickness;
-        if (om__near_bound(p, w->way) > least) continue;
-        if (om__near_is_free(p, w->x, w->end, least)) continue;
-        // neighbours in one body, as beside a tool: if elements are turned inside out is the guard's matter
-        bool is_one = f->body[p->vert[0]] == f->body[p->vert[3]];
-        if (!is_one || om__near_distance(p, f->rest) >= f->edge) return p;
+        if (is_passing(f, w, p)) return p;
     }
     return NULL;
+}
+
+static bool is_held(const OmTissueState* s, const OmSelfPair* p) {
+    bool is_any = false;
+    for (int k = 0; k < 4; ++k) is_any |= om_tissue_held_by(s)[p->vert[k]] >= 0;
+    return is_any;
 }
 
 static void stop(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s, OmTissueWork* work,
                  double h) {
     OmSelfWork* w = cw->self;
     int nvert = cw->contact->nvert;
+    cw->report.is_held_back |= om_tissue_nheld(s, 0) > 0 || om_tissue_nheld(s, 1) > 0;
+    om_tissue_stop_tools(m, s, work);
     const double *v = om_tissue_v(s), *dv = om_tissue_dv(work);
     for (size_t n = 0; n < 3 * (size_t)nvert; ++n)
         w->end[n] = om_tissue_is_prescribed(m, s, (int)(n / 3)) ? 0 : -v[n] - dv[n];
@@ -513,6 +573,8 @@ OmStatus om__self_check_paths(OmContactWork* cw, const OmTissueModel* m, OmTissu
         p = find_passing(cw);
     }
     if (!p) return OM_OK;
+    // shorter steps may help what is free, not a tool
+    if (h < 2 * HOLD_BACK * cw->h && is_held(s, p)) cw->report.is_held_back = true;
     OmVec3 at = om_scale(1e3, om_load3(cw->self->x, p->vert[0]));
     return om_error(OM_INVALID,
                     "contact: the tissue would pass through itself at (%.1f, %.1f, %.1f) mm", at.x,
@@ -532,6 +594,7 @@ OmStatus om__self_report_pairs(OmContactWork* cw, OmTissueState* s) {
         if (!p->is_active || p->push <= 0) continue;
         OmNear near;
         om__near_eval(f, p, w->end, &near);
+        if (p->is_caught) near.distance = near.apart;
         OM_GROW(w->touch, w->ntouch, w->max_touch, 64);
         OmContactTouch* t = &w->touch[w->ntouch++];
         *t = (OmContactTouch){.body = {f->body[p->vert[0]], f->body[p->vert[3]]},

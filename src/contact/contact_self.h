@@ -42,7 +42,8 @@ typedef struct OmSelfBox {  // of a node
 typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each other in a step
     int vert[4];             // vertex, then the triangle's; or two and two
     int first, second;       // edges; of a vertex: -1 and its triangle
-    bool is_dead;            // on the wrong side at the beginning: only its path is checked
+    bool is_dead;            // on the wrong side at the beginning: in contact only if caught
+    bool is_caught;          // its path led through the other side: a small gap is kept
     double apart;            // m, distance at the beginning of the step
     bool is_active, is_closed;
     // of two edges: towards the first one, by the surface around them at the beginning
@@ -146,8 +147,9 @@ void om__self_close_set(struct OmContactWork* cw);
 void om__self_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
                          const double* increment, double h, struct OmContactLine* line);
 void om__self_add_line(const struct OmContactWork* cw, double at, double* slope);
-/// Where def.max_work is spent, or the substep is the shortest, a solution that would pass is replaced by one in which
-/// all free vertices stop.
+/// A tool whose tissue would pass in a short substep is held back: it stands still for the rest of the step. Where
+/// def.max_work is spent, or the substep is the shortest, a solution that would pass is replaced by one in which tools
+/// and all free vertices stop.
 /// @return OM_OK; OM_INVALID (surfaces pass through each other in this step)
 OmStatus om__self_check_paths(struct OmContactWork* cw, const OmTissueModel* model,
                               OmTissueState* state, OmTissueWork* work, double h);

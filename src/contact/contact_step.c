@@ -28,6 +28,7 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
     // contact with itself begins with a poorer guess
     int max_iterations = cw->contact->def.max_iterations * (cw->self ? 2 : 1);
     om__contact_begin_substep(cw, om_tissue_time(s), h);
+    if (cw->report.is_held_back) om_tissue_stop_tools(m, s, w);
     OM_TRY(om__contact_find_pairs(cw, m, s, w, h));
     om_tissue_set_force_scale(w, om__contact_estimate_force(cw, s, h));
     cw->report.is_settled = false;
@@ -96,6 +97,7 @@ static OmStatus solve_group(void* ctx, const OmTissueModel* m, OmTissueState* s,
     const OmContactGroup* g = ctx;
     bool has_multipliers = false;
     if (g->contact) om__contact_begin_substep(g->contact, om_tissue_time(s), h);
+    if (g->contact && g->contact->report.is_held_back) om_tissue_stop_tools(m, s, w);
     for (int k = 0; k < g->npress; ++k) {
         om__press_path(g->press[k], s, h);
         has_multipliers |= g->press[k]->def.method == OM_PRESS_MULTIPLIERS;
@@ -216,12 +218,14 @@ OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueStat
                           ? step_all(cw, m, s, w, h, &tissue)
                           : om_tissue_step_with(m, s, w, h, solve_contact, cw, &tissue);
     if (status >= 0) om__self_end_step(cw, s);
-    cw->report.is_settled &= cw->has_settled;
+    cw->report.is_settled &= cw->has_settled && !cw->report.is_held_back;
     cw->report.tissue = tissue;
     cw->report.nobstacle = cw->contact->def.nobstacle;
     cw->report.obstacle = cw->obstacle;
     if (report) *report = cw->report;
     if (status != OM_OK || cw->report.is_settled) return status;
+    OM_CHECK(!cw->report.is_held_back, OM_NOT_CONVERGED,
+             "contact: a tool is held back: the tissue would pass through itself");
     return om_error(OM_NOT_CONVERGED, "contact: contact has not settled in a step of %g s", h);
 }
 

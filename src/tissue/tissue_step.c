@@ -107,6 +107,11 @@ static OmVec3 goal_of(const OmTissueState* s, const OmTissueWork* w, int i) {
     return om_pose_apply(w->next[arm], om_load3(om__state_array(s, OM__GRIP), i));
 }
 
+static void prescribe(const OmTissueState* s, OmTissueWork* w, int i) {
+    OmVec3 x = om_load3(om__state_array(s, OM__X), i), v = om_load3(om__state_array(s, OM__V), i);
+    om_store3(w->dv, i, om_sub(om_scale(1 / w->h, om_sub(goal_of(s, w, i), x)), v));
+}
+
 // Pass the prescribed vertices to the solver if they changed.
 static void refresh_fixed(const OmTissueState* s, OmTissueWork* w) {
     bool is_changed = false;
@@ -145,12 +150,8 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     w->h = h;
     w->is_fresh = w->is_stale = true;
     memset(w->dv, 0, 3 * (size_t)w->nvert * sizeof(double));
-    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
-    for (int i = 0; i < w->nvert; ++i) {
-        if (!w->key[i]) continue;
-        OmVec3 speed = om_scale(1 / h, om_sub(goal_of(s, w, i), om_load3(x, i)));
-        om_store3(w->dv, i, om_sub(speed, om_load3(v, i)));
-    }
+    for (int i = 0; i < w->nvert; ++i)
+        if (w->key[i]) prescribe(s, w, i);
     return OM_OK;
 }
 
@@ -259,6 +260,13 @@ const double* om_tissue_dv(const OmTissueWork* w) { return w->dv; }
 
 void om_tissue_add_dv(OmTissueWork* w, const double* correction) {
     for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->dv[n] += correction[n];
+}
+
+void om_tissue_stop_tools(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+    (void)m;
+    for (int arm = 0; arm < OM_MAX_ARM; ++arm) w->next[arm] = s->arm[arm].pose;
+    for (int i = 0; i < w->nvert; ++i)
+        if (om__state_held_by(s)[i] >= 0) prescribe(s, w, i);
 }
 
 OmStatus om_tissue_apply(const OmTissueModel* m, OmTissueWork* w, int nrhs, const double* x,

@@ -187,11 +187,104 @@ static void test_tangled_starts(void** state) {
     rig_done(&r);
 }
 
+static bool is_low(OmVec3 p) { return p.z < 0.0101; }
+
+// A tool that holds all of a block moves it into a block that is held still: it stops where the two touch, the status
+// says so, and it comes back to its goal as soon as that is free.
+static void test_a_tool_is_held_back(void** state) {
+    (void)state;
+    TestRig r;
+    OmTetMesh more;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.02, 0.02, 0.01), 2, 2, 1);
+    assert_ok(om_tet_mesh_box(om_vec3(0.003, 0.004, 0.012), om_vec3(0.013, 0.014, 0.017), 1, 1, 1,
+                              &more));
+    self_append(&r.mesh, &more);
+    // one that is free, beside them
+    assert_ok(om_tet_mesh_box(om_vec3(0.03, 0, 0.0103), om_vec3(0.04, 0.01, 0.02), 1, 1, 1, &more));
+    self_append(&r.mesh, &more);
+    self_attach(&r, is_low);
+    self_default(&r, OM_ELEMENT_LINEAR);
+    r.def.gravity = om_vec3(0, 0, 0);
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    rig_contact(&r, &def);
+    OmPose tip = {om_vec3(0.008, 0.009, 0.0145), om_quat_identity()};
+    int nheld, nback = 0, nmost = 0;
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.01, &nheld));
+    assert_int_equal(nheld, 8);
+    for (int n = 1; n <= 20; ++n) {
+        OmContactReport report;
+        tip.p.z += n <= 10 ? -0.001 : 0.001;
+        assert_ok(om_tissue_move_grasp(r.s, 0, tip));
+        OmStatus status = om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report);
+        if (status < 0) fail_msg("step %d: %s", n, om_error_message());
+        double low = INFINITY;
+        for (int i = 0; i < om_tissue_mesh(r.m)->nvert; ++i)
+            if (om_contact_body_of(r.c, i) == 1) low = fmin(low, om_tissue_x(r.s)[3 * i + 2]);
+        assert_true(low > 0.01);
+        self_assert_no_crossing(&r);
+        assert_int_equal(report.is_held_back, status != OM_OK);
+        assert_int_equal(report.is_settled, status == OM_OK);
+        if (report.is_held_back) assert_non_null(strstr(om_error_message(), "held back"));
+        nback += report.is_held_back;
+        if (report.tissue.substeps > nmost) nmost = report.tissue.substeps;
+        if (n == 1 || n == 20) assert_near(low, tip.p.z - 0.0025, 1e-12);
+    }
+    printf("held back in %d of 20 steps, at most %d substeps\n", nback, nmost);
+    assert_int_equal(nback, 17);
+    assert_true(nmost <= 8);  // the tool waits for the end of the step
+    rig_done(&r);
+}
+
+static bool is_side(OmVec3 p) { return p.z < 1e-9 && p.x > 0.019; }
+
+// A sheet is pulled far by few vertices of its underside, over itself: elements beside the tool are drawn out and
+// turned, and top and underside, which look away from each other, come near. They do not cross.
+static void test_a_drawn_sheet(void** state) {
+    (void)state;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.005), 5, 5, 1);
+    self_attach(&r, is_side);
+    self_default(&r, OM_ELEMENT_QUADRATIC);
+    r.def.material_default.law = OM_NEO_HOOKEAN;
+    r.def.material_default.young = 3000;
+    rig_start(&r);
+    OmTissueObstacle board = om_plane_obstacle(&self_floor);
+    OmContactDef def = rig_on(&board);
+    def.self_contact = true;
+    rig_contact(&r, &def);
+    OmVec3 way[] = {{-0.005, 0, 0.03}, {0.06, 0, 0}};
+    OmPose tip = {om_vec3(0.012, 0.024, 0), om_quat_identity()};
+    int nheld, nstep = 0, nsubstep = 0;
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.005, &nheld));
+    assert_int_equal(nheld, 3);
+    OmContactReport report;
+    for (int leg = 0; leg < 2; ++leg) {
+        int n = (int)ceil(om_norm(way[leg]) / 0.003);
+        for (int k = 0; k < n; ++k, ++nstep) {
+            tip.p = om_madd(tip.p, 1.0 / n, way[leg]);
+            assert_ok(om_tissue_move_grasp(r.s, 0, tip));
+            assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
+            assert_true(report.is_settled && !report.is_held_back);
+            nsubstep += report.tissue.substeps;
+            if (nstep % 2) self_assert_no_crossing(&r);
+        }
+    }
+    printf("drawn sheet: %d steps, %d substeps, %d places touch at its end\n", nstep, nsubstep,
+           report.ntouch);
+    assert_true(report.ntouch > 0);
+    assert_int_equal(nsubstep, nstep);  // no step is cut
+    rig_done(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_fold_rests_on_its_sheet),
         cmocka_unit_test(test_a_ring_closed_on_itself),
         cmocka_unit_test(test_tangled_starts),
+        cmocka_unit_test(test_a_tool_is_held_back),
+        cmocka_unit_test(test_a_drawn_sheet),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
