@@ -18,12 +18,13 @@ class ContactReport:
 
     Places where tissue touches tissue (ntouch): vert and weight (ntouch x 4): vertex vert[k, a] feels weight[k, a] * force[k];
     body (ntouch x 2): of the two sides; point (m), normal (from the second side to the first), touch_force (N, on the first
-    side), gap (m, distance less thickness). tissue: OmTissueReport.
+    side), gap (m, distance less thickness). is_held_back: a tool stopped short of its goal. tissue: OmTissueReport.
     """
 
     status: c.OmStatus
     message: str
     is_settled: bool
+    is_held_back: bool
     nsolve: int
     ncontact: int
     force: np.ndarray
@@ -116,8 +117,8 @@ class Contact(Owner):
             return np.array([list(getattr(t, name)) for t in touch], float).reshape(n, width)
 
         return ContactReport(
-            c.OmStatus(status), message_of(status), raw.is_settled, raw.nsolve, raw.ncontact, raw.force.copy(), raw.penetration,
-            raw.self_penetration, n, table("vert", 4).astype(np.int32), table("weight", 4),
+            c.OmStatus(status), message_of(status), raw.is_settled, raw.is_held_back, raw.nsolve, raw.ncontact, raw.force.copy(),
+            raw.penetration, raw.self_penetration, n, table("vert", 4).astype(np.int32), table("weight", 4),
             table("body", 2).astype(np.int32), *(np.array([getattr(t, name).copy() for t in touch]).reshape(n, 3)
                                                  for name in ("point", "normal", "force")),
             np.array([t.gap for t in touch]), c.OmTissueReport.from_buffer_copy(raw.tissue))
