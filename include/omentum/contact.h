@@ -36,6 +36,13 @@ OM_API OmTissueObstacle om_sdf_obstacle(const OmSdf* sdf);
 /// @param ctx  first argument of the function, borrowed
 OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx);
 
+/// The smooth surface of a body of the mesh, such as an organ that a coarse mesh simulates: it rides on the body's
+/// boundary (shape_skin.h), and the body feels what pushes it.
+typedef struct OmContactSkin {
+    const OmSdf* sdf;  // distance from the surface in the body's rest shape, borrowed
+    int vert;          // a vertex of the body, which is a piece of the mesh
+} OmContactSkin;
+
 typedef struct OmContactDef {  // made by om_contact_default_def
     int nobstacle;
     // copied; distance fields, functions and probes stay borrowed   (nobstacle)
@@ -53,7 +60,11 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // m, distance that they keep, at most 0.1; 0 (default): a tenth of the mean edge of the surface
     double self_thickness;
     double self_friction;  // Coulomb's between them, 0 to 10, viscous below 0.01 mm/s; default 0
-    OmCookie cookie;       // set by om_contact_default_def
+    // Smooth surfaces of bodies of the mesh, against vertices of the other bodies; copied. They need what self_contact
+    // needs, take its place between these bodies, and their friction is `friction`.                       (nskin)
+    int nskin;
+    const OmContactSkin* skin;
+    OmCookie cookie;  // set by om_contact_default_def
 } OmContactDef;
 
 typedef struct OmContactTouch {  // two places of the tissue that push each other
@@ -76,7 +87,7 @@ typedef struct OmContactReport {
     // next step. Presses have reports of their own (om_press_report).
     int nobstacle;
     const OmTissueObstacle* obstacle;
-    // With self_contact: the places of the last substep, a view as above, and the deepest penetration, m
+    // With self_contact or skins: the places of the last substep, a view as above, and the deepest penetration, m
     int ntouch;
     const OmContactTouch* touch;
     double self_penetration;
@@ -127,9 +138,9 @@ OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel
 /// @return OM_OK; OM_UNAVAILABLE (no self_contact)
 OM_API OmStatus om_contact_find_crossing(OmContactWork* contact_work, const OmTissueState* state,
                                          int* num, OmVec3* at);
-/// With self_contact: bodies, the pieces of the mesh in the order of their first vertices; else 0.
+/// With self_contact or skins: bodies, the pieces of the mesh in the order of their first vertices; else 0.
 OM_API int om_contact_body_count(const OmContact* contact);
-/// The body of a vertex; -1 without self_contact.
+/// The body of a vertex; -1 without self_contact and skins.
 OM_API int om_contact_body_of(const OmContact* contact, int vert);
 /// Force of body b on body a in the last substep, N; of a body on itself it is 0.
 OM_API OmVec3 om_contact_body_force(const OmContactWork* contact_work, int a, int b);

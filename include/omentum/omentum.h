@@ -77,6 +77,7 @@
 #include "omentum/shape_points.h"
 #include "omentum/shape_repair.h"
 #include "omentum/shape_sdf.h"
+#include "omentum/shape_skin.h"
 #include "omentum/shape_tet10.h"
 #include "omentum/solve.h"
 #include "omentum/solve_eigen.h"

@@ -3,12 +3,14 @@
 //   contact_obstacle.c   obstacles and their distances
 //   contact_vertex.c     contact of vertices inside a step
 //   contact_self.h       contact of the tissue with itself
+//   contact_skin.h       contact with smooth surfaces that ride on bodies
 //   contact_model.c      definition and memory
 //   contact_step.c       the step
 #ifndef OMENTUM_CONTACT_INTERNAL_H
 #define OMENTUM_CONTACT_INTERNAL_H
 
 #include "contact/contact_self.h"
+#include "contact/contact_skin.h"
 
 typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     int vert, obstacle;
@@ -42,7 +44,13 @@ struct OmContact {          // constant
     int* surface_vert;  // vertices that may be in contact                          (nsurface)
     int ntri;           // of the boundary; 0 without tetrahedra
     int* tri_vert;      // vertices, counter-clockwise seen from outside             (ntri x 3)
-    OmSelf* self;       // null without self_contact
+    int nbody;          // pieces of the mesh, in the order of their first vertices
+    int* body;          // of each vertex; null without self_contact and skins          (nvert)
+    unsigned char* has_skin;  // of each body                                            (nbody)
+    OmSelf* self;             // null without self_contact
+    int nskin;
+    OmRide* skin;          //                                                            (nskin)
+    double skin_friction;  // not below 0
 };
 
 typedef struct OmContactFrame {  // an obstacle in a substep
@@ -71,7 +79,10 @@ struct OmContactWork {
     bool has_settled;        // in its substeps before that
     OmContactReport report;  // of the step
     OmSelfWork* self;        // null without self_contact
-    int npress;              // probes that act in the same step
+    OmRideWork* ride;        // null without skins
+    int ntouch, max_touch;   // places of the last substep
+    OmContactTouch* touch;
+    int npress;  // probes that act in the same step
     struct OmPress* const* press;
 };
 
@@ -94,10 +105,12 @@ OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p
 
 /// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, if the vertex is inside,
 /// or if it would be inside at x + h v and the surface there looks at the obstacle.
-/// Each of these also does the work of its sibling in contact_self.h.
+/// Each of these also does the work of its siblings in contact_skin.h and contact_self.h.
 /// @return OM_OK; OM_NO_MEMORY
 OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                                 const OmTissueWork* work, double h);
+/// True if the surface around vertex i at the beginning looks against the normal n of what it may touch.
+bool om__contact_is_facing(OmContactWork* cw, const double* x, int i, OmVec3 n);
 /// Estimate of the contact force, N: the force that moves each penetrating vertex alone out of obstacles that move.
 double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* state, double h);
 /// Add the forces of active pairs to the system.

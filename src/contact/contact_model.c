@@ -1,6 +1,7 @@
 // contact_model.c: the definition of a contact, its constant part and the memory of a thread.
 #include <string.h>
 
+#include "base/base_union.h"
 #include "contact/contact_internal.h"
 
 #define CONTACT_COOKIE 0xc047ac7u
@@ -33,6 +34,8 @@ static OmStatus check_def(const OmContactDef* def) {
              "contact: self_thickness is %g m; it must be from 0 to 0.1", def->self_thickness);
     OM_CHECK(def->self_friction >= 0 && def->self_friction <= 10, OM_INVALID,
              "contact: self_friction is %g; it must be from 0 to 10", def->self_friction);
+    OM_CHECK(def->nskin >= 0 && (def->nskin == 0 || def->skin), OM_INVALID,
+             "contact: nskin is %d, or skin is null", def->nskin);
     OM_CHECK(def->max_iterations >= 1 && def->max_iterations <= 1000, OM_INVALID,
              "contact: max_iterations is %d; it must be from 1 to 1000", def->max_iterations);
     return OM_OK;
@@ -51,6 +54,49 @@ done:
     om_surface_done(&surface);
     om_free(vert);
     return status;
+}
+
+// Pieces of the mesh, numbered by their first vertices.
+static OmStatus find_bodies(const OmTetMesh* mesh, OmContact* c) {
+    OM_ALLOC(c->body, mesh->nvert);
+    int* parent = om_alloc((size_t)mesh->nvert, sizeof *parent);
+    if (!parent) return OM_NO_MEMORY;
+    for (int i = 0; i < mesh->nvert; ++i) parent[i] = i;
+    for (int e = 0; e < mesh->ntet; ++e)
+        for (int k = 1; k < 4; ++k) {
+            int a = om__find_root(parent, mesh->tet_vert[4 * (size_t)e]),
+                b = om__find_root(parent, mesh->tet_vert[4 * (size_t)e + (size_t)k]);
+            if (a != b) parent[a < b ? b : a] = a < b ? a : b;
+        }
+    for (int i = 0; i < mesh->nvert; ++i) {
+        int root = om__find_root(parent, i);
+        c->body[i] = root == i ? c->nbody++ : c->body[root];
+    }
+    om_free(parent);
+    return OM_OK;
+}
+
+// What ties between places of the tissue need.
+static OmStatus check_engine(const OmContactDef* def, const OmContact* c, const OmTissueModel* m) {
+    const char* what = def->self_contact ? "self_contact" : "a skin";
+    OM_CHECK(c->ntri > 0 && (om_engine_capabilities(om_tissue_engine(m)) & OM_ENGINE_TANGENT),
+             OM_UNAVAILABLE, "contact: %s needs a mesh of tetrahedra and an engine with a matrix",
+             what);
+    OM_CHECK(om_engine_def(m)->solver.preconditioner < OM_CHOLESKY, OM_UNAVAILABLE,
+             "contact: %s needs CG as the tissue's solver (OM_MULTIGRID, OM_BLOCK_JACOBI)", what);
+    return OM_OK;
+}
+
+static OmStatus create_soft(const OmContactDef* def, const OmTissueModel* m, OmContact* c) {
+    if (!def->self_contact && def->nskin == 0) return OM_OK;
+    OM_TRY(check_engine(def, c, m));
+    OM_TRY(find_bodies(om_tissue_mesh(m), c));
+    OM_TRY(om__skins_create(def, m, c));
+    c->has_skin = om_calloc((size_t)c->nbody, 1);
+    if (!c->has_skin) return OM_NO_MEMORY;
+    for (int k = 0; k < c->nskin; ++k) c->has_skin[c->skin[k].body] = 1;
+    c->skin_friction = fmax(0, c->def.friction);
+    return def->self_contact ? om__self_create(c, m, &c->self) : OM_OK;
 }
 
 OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
@@ -75,8 +121,7 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     for (int i = 0; i < mesh->nvert; ++i)
         c->size = fmax(c->size, om_norm(om_sub(om_load3(mesh->x, i), om_load3(mesh->x, 0))));
     c->ring = RING * c->size;
-    if (def->self_contact)
-        OM_TRY_DONE(om__self_create(def, model, c->ntri, c->tri_vert, c->size, &c->self));
+    OM_TRY_DONE(create_soft(def, model, c));
     *contact = c;
     return OM_OK;
 done:
@@ -90,6 +135,9 @@ void om_contact_destroy(OmContact* c) {
     om_free(c->obstacle);
     om_free(c->surface_vert);
     om_free(c->tri_vert);
+    om_free(c->body);
+    om_free(c->has_skin);
+    om__skins_destroy(c);
     om__self_destroy(c->self);
     om_free(c);
 }
@@ -107,6 +155,7 @@ OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contac
     OM_ALLOC_DONE(w->normal, 3 * (size_t)contact->nvert);
     for (size_t k = 0; k < nobstacle; ++k) w->obstacle[k] = contact->obstacle[k];
     if (contact->self) OM_TRY_DONE(om__self_work_create(contact->self, &w->self));
+    OM_TRY_DONE(om__skins_work_create(contact, &w->ride));
     *contact_work = w;
     return OM_OK;
 done:
@@ -121,5 +170,7 @@ void om_contact_work_destroy(OmContactWork* w) {
     om_free(w->pair);
     om_free(w->normal);
     om__self_work_destroy(w->self);
+    om__skins_work_destroy(w->contact, w->ride);
+    om_free(w->touch);
     om_free(w);
 }

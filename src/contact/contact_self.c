@@ -1,11 +1,9 @@
 // contact_self.c: contact of tissue with itself inside a step.
 //
-// A pair is a vertex and a triangle, or two edges, of the tissue's surface. Its closest points w keep a thickness
-// apart: the force k (goal - gap) n at the end of the step acts on both sides in shares, gap = n . sum w x -
-// thickness. So the two sums of forces are opposite to rounding, and the pair is a tie of the system (tissue.h). k is
-// STIFF times the resistance against moving the two apart alone. As with obstacles (contact_vertex.c) the active pairs
-// are found by solving again, and closest points that differ at the solution are taken anew. A first guess that lies
-// on the other side takes those of the impact.
+// A pair is a vertex and a triangle, or two edges, of the tissue's surface. Its closest points keep a thickness apart,
+// by the forces of contact_pair.c. As with obstacles (contact_vertex.c) the active pairs are found by solving again,
+// and closest points that differ at the solution are taken anew. A first guess that lies on the other side takes those
+// of the impact.
 //
 // Candidates are pairs whose boxes meet along the predicted paths. Where a solution leaves the boxes by more than
 // a slack, candidates are searched again along the paths of the solution: at the end of a step no pair is missed. Then
@@ -13,11 +11,6 @@
 // are apart, for no earlier step let them through. Pairs that look through the tissue, as the top and the bottom of a
 // thin sheet, are behind each other: they are dead. A pair that would pass, dead or not, is caught: it keeps a small
 // gap. What still passes is refused, and cut by om_tissue_step_with; a tool is held back.
-//
-// Friction is Coulomb's, linearised at the last slip: Newton's method. Where the slip turned round, the pair is tried
-// as sticking. A push that is far from the last one, as in first guesses, takes the viscosity instead: Newton's
-// tangent is a force that does not depend on the slip, and of a wrong push it threw a fold off its sheet. With the
-// viscosity alone, as for obstacles, an impact had not settled after twelve solves in 20 of 30 substeps.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,24 +18,18 @@
 #include "base/base_grow.h"
 #include "contact/contact_internal.h"
 
-#define STIFF 30            // times the resistance against moving the two sides alone
-#define SLOW 1e-5           // m/s, below it friction is viscous
-#define SAME_FRICTION 0.02  // of Coulomb's bound: a larger error of friction is solved again
-#define DAMP_FROM 10        // solves; from then on friction takes a part of Newton's tangent alone
-#define DAMPED 0.5          // this part: between Newton's tangent and the viscosity
-#define WEAK 0.05           // of the strongest push: weaker pairs are measured by its bound
-#define RELEASE 1e-8        // of the model's size: gap at which an active pair is released
-#define ACTIVATE 1e-6       // of the model's size: penetration at which a free pair becomes active
-#define SAME_GAP 0.01       // of the thickness: error of closest points that are taken anew
-#define SAME_ANGLE 0.02     // rad, the same of the normal
-#define FREEZE_GAP 0.1      // of the thickness: the same in the second half of the iterations
-#define SLACK 0.5           // of the thickness: difference of a path from its prediction
-#define FACING 0.5          // cosine: a vertex whose surface looks further away is not in contact
-#define REST_SHARE 0.8      // of the distance at rest, which neighbours in one body may keep
-#define LEAST_WAY 0.1       // of the thickness, that paths keep
-#define CAUGHT 0.2  // of the thickness, that a pair keeps whose path led through the other side
+#define RELEASE 1e-8       // of the model's size: gap at which an active pair is released
+#define ACTIVATE 1e-6      // of the model's size: penetration at which a free pair becomes active
+#define SAME_GAP 0.01      // of the thickness: error of closest points that are taken anew
+#define SAME_ANGLE 0.02    // rad, the same of the normal
+#define FREEZE_GAP 0.1     // of the thickness: the same in the second half of the iterations
+#define SLACK 0.5          // of the thickness: difference of a path from its prediction
+#define FACING 0.5         // cosine: a vertex whose surface looks further away is not in contact
+#define REST_SHARE 0.8     // of the distance at rest, which neighbours in one body may keep
+#define LEAST_WAY 0.1      // of the thickness, that paths keep
+#define CAUGHT 0.2             // of the thickness, that a pair keeps whose path led through the other side
 #define HOLD_BACK (1.0 / 8)  // of a step: in shorter ones a tool that would pass stands still
-#define LAST (1.5 / 1024)    // of a step: a shorter substep cannot be cut (tissue_step.c)
+#define LAST (1.5 / 1024)  // of a step: a shorter substep cannot be cut (tissue_step.c)
 
 static int compare(const int a[3], const int b[3]) {
     for (int k = 0; k < 3; ++k)
@@ -105,9 +92,16 @@ static OmStatus add_pair(Search* s, const int* a, int na, const int* b, int nb, 
     return OM_OK;
 }
 
+// Between two bodies of which one has a skin, contact_skin.c has the contact.
+static bool is_skins(const OmSelf* f, int t, int u) {
+    int a = f->body[f->tri_vert[3 * (size_t)t]], b = f->body[f->tri_vert[3 * (size_t)u]];
+    return a != b && (f->has_skin[a] || f->has_skin[b]);
+}
+
 static OmStatus meet(void* ctx, int t, int u) {
     Search* s = ctx;
     const OmSelf* f = s->self;
+    if (is_skins(f, t, u)) return OM_OK;
     const int *a = f->tri_vert + 3 * (size_t)t, *b = f->tri_vert + 3 * (size_t)u;
     for (int k = 0; k < 3; ++k) {
         if (f->own[t] & 1 << k) OM_TRY(add_pair(s, a + k, 1, b, 3, -1, u));
@@ -167,43 +161,6 @@ static void linearise(const OmSelfWork* w, OmSelfPair* p, const OmNear* near) {
     p->gap = hit.distance - p->thickness - part * om_dot(p->n, move);
 }
 
-static double stiffness_of(const OmTissueModel* m, OmTissueState* s, const OmTissueWork* work,
-                           const OmSelfPair* p) {
-    double give = 0;
-    for (int k = 0; k < 4; ++k)
-        if (!om_tissue_is_prescribed(m, s, p->vert[k]))
-            give += p->weight[k] * p->weight[k] / om_tissue_vertex_stiffness(work, p->vert[k]);
-    return give > 0 ? STIFF / give : 0;
-}
-
-static OmVec3 relative(const OmSelfPair* p, const double* x) {
-    OmVec3 r = {0, 0, 0};
-    for (int k = 0; k < 4; ++k) r = om_madd(r, p->weight[k], om_load3(x, p->vert[k]));
-    return r;
-}
-
-static OmVec3 tangential(const OmSelfPair* p, OmVec3 d) {
-    return om_madd(d, -om_dot(p->n, d), p->n);
-}
-
-// Coulomb's friction for the next solve, linearised at the last slip. newton: 1, its tangent; 0, a viscosity that gives
-// it at this slip, which converges slowly and always.
-static void linearise_friction(OmSelfPair* p, double max, double h, double newton) {
-    double far = fmax(SLOW * h, om_norm(p->slip));
-    OmMat3 K = om_mat3_add(om_mat3_identity(), om_mat3_outer(p->n, om_scale(-1, p->n)));
-    if (far > SLOW * h)
-        K = om_mat3_add(K, om_mat3_outer(p->slip, om_scale(-newton / (far * far), p->slip)));
-    p->friction_K = om_mat3_scale(max / far, K);
-    p->friction = om_madd(om_mat3_apply(p->friction_K, p->slip), -max / far, p->slip);
-}
-
-// Friction that holds the two together, to try where the slip turned round in a solve.
-static void try_to_stick(OmSelfPair* p, double max, double h) {
-    OmMat3 K = om_mat3_add(om_mat3_identity(), om_mat3_outer(p->n, om_scale(-1, p->n)));
-    p->friction_K = om_mat3_scale(max / (SLOW * h), K);
-    p->friction = om_vec3(0, 0, 0);
-}
-
 // Gap that a caught pair keeps.
 static double keep_of_caught(const OmSelf* f, const OmSelfPair* p) {
     return fmin(CAUGHT * f->thickness, REST_SHARE * om__near_distance(p, f->rest));
@@ -216,7 +173,7 @@ static void catch_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->thickness = keep_of_caught(cw->contact->self, p);
     p->goal = fmin(0, p->apart - p->thickness + cw->contact->def.recover_speed * h);
     linearise(cw->self, p, &(OmNear){0});
-    p->k = stiffness_of(m, s, work, p);
+    p->k = om__pair_stiffness(m, s, work, p);
     p->is_active = p->k > 0;
 }
 
@@ -248,12 +205,13 @@ static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
     if (!p->is_active) return true;
     linearise(w, p, &later);
-    p->k = stiffness_of(m, s, work, p);
+    p->k = om__pair_stiffness(m, s, work, p);
     if (p->k == 0) p->is_active = false;
     if (!p->is_active || f->friction <= 0 || !is_in) return true;
     p->push = p->k * fmax(0, p->thickness - distance);
-    p->slip = tangential(p, om_sub(relative(p, w->end), relative(p, w->x)));
-    linearise_friction(p, f->friction * p->push, h, 0);
+    OmVec3 d = om_sub(om__pair_relative(p, w->end), om__pair_relative(p, w->x));
+    p->slip = om__pair_tangential(p, d);
+    om__pair_begin_friction(p, f->friction, h);
     return true;
 }
 
@@ -292,7 +250,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
         w->pair = pair;
         w->max_pair = (int)more;
     }
-    w->nactive = 0;
+    w->sums.nactive = 0;
     for (int k = 0, old = 0; k < w->nfound; ++k) {
         const OmSelfFound* found = &w->found[k];
         OmSelfPair* p = &w->pair[w->npair];
@@ -304,7 +262,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
             memcpy(p->vert, found->vert, sizeof p->vert);
             if (!begin_pair(cw, m, s, work, p, h)) continue;
         }
-        w->nactive += p->is_active;
+        w->sums.nactive += p->is_active;
         ++w->npair;
     }
     return OM_OK;
@@ -319,7 +277,7 @@ OmStatus om__self_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissue
         w->x[n] = x[n];
         w->predicted[n] = h * v[n];
     }
-    w->npair = w->nold = w->nsolve = 0;
+    w->npair = w->nold = w->sums.nsolve = 0;
     return search(cw, m, s, work, h);
 }
 
@@ -328,45 +286,9 @@ OmStatus om__self_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissue
 OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work) {
     OmSelfWork* w = cw->self;
     if (!w) return OM_OK;
-    for (int k = 0; k < w->npair; ++k) {
-        const OmSelfPair* p = &w->pair[k];
-        if (!p->is_active) continue;
-        OmMat3 K = om_mat3_add(om_mat3_scale(p->k, om_mat3_outer(p->n, p->n)), p->friction_K);
-        OmVec3 f = om_madd(p->friction, p->k * (p->goal - p->gap), p->n);
-        OM_TRY(om_tissue_add_tie(work, p->vert, p->weight, f, K));
-    }
+    for (int k = 0; k < w->npair; ++k)
+        if (w->pair[k].is_active) OM_TRY(om__pair_add_force(&w->pair[k], work));
     return OM_OK;
-}
-
-// Compare the friction of an active pair with the solution; true if it must be solved again.
-static bool update_friction(OmSelfWork* w, OmSelfPair* p, double mu, OmVec3 d, double h) {
-    if (mu == 0) return false;
-    OmVec3 was = p->slip, used = om_sub(p->friction, om_mat3_apply(p->friction_K, d));
-    p->slip = tangential(p, d);
-    double max = mu * p->push, far = fmax(SLOW * h, om_norm(p->slip));
-    OmVec3 right = om_scale(-max / far, p->slip);
-    double error = om_distance(used, right);
-    w->friction_error += error;
-    w->friction_bound += max;
-    if (error <= SAME_FRICTION * fmax(max, mu * WEAK * w->strongest)) return false;
-    ++w->nslip;
-    // Newton's tangent is a force that does not depend on the slip: of a wrong push it would throw tissue away
-    bool is_damped =
-        w->nsolve > DAMP_FROM || p->push > 2 * p->was_push || p->push < 0.5 * p->was_push;
-    if (om_dot(was, p->slip) < 0 && far > SLOW * h && !is_damped)
-        try_to_stick(p, max, h);
-    else
-        linearise_friction(p, max, h, w->nsolve > DAMP_FROM ? DAMPED : is_damped ? 0 : 1);
-    return true;
-}
-
-static void release(OmSelfWork* w, OmSelfPair* p) {
-    p->is_active = false;
-    p->push = 0;
-    p->friction = p->slip = om_vec3(0, 0, 0);
-    p->friction_K = om_mat3_diag(p->friction);
-    --w->nactive;
-    ++w->nswitch;
 }
 
 // Lengths of the displacements from x to end, without the common translation, which moves no pair.
@@ -379,15 +301,9 @@ static void measure_ways(OmSelfWork* w, int nvert) {
         w->way[i] = om_norm(om_sub(om_sub(om_load3(w->end, i), om_load3(w->x, i)), mean));
 }
 
-// Gap less goal at the end of the step, by the closest points of the last solve.
-static double gap_at_end(const OmSelfWork* w, const OmSelfPair* p) {
-    return p->gap - p->goal + om_dot(p->n, om_sub(relative(p, w->end), relative(p, w->x)));
-}
-
 // Compare an active pair with the solution; true if it must be solved again.
 static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double h, bool is_damped) {
-    OmVec3 d = om_sub(relative(p, w->end), relative(p, w->x));
-    double end = gap_at_end(w, p);
+    double end = om__pair_gap_at_end(p, w->x, w->end);
     OmNear near;
     double part = 1;
     if (p->is_caught)
@@ -398,20 +314,17 @@ static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double 
     if (!isfinite(near.distance) && near.is_front && om_distance(near.n, p->n) <= SAME_ANGLE)
         near.distance = near.apart;
     if (end > RELEASE * f->size || !isfinite(near.distance)) {
-        release(w, p);
+        om__pair_release(&w->sums, p);
         return true;
     }
-    p->was_push = p->push;
-    p->push = fmax(0, -p->k * end);
-    p->force = om_madd(om_sub(p->friction, om_mat3_apply(p->friction_K, d)), p->push, p->n);
-    bool is_changed = update_friction(w, p, f->friction, d, h);
+    bool is_changed = om__pair_take_solution(&w->sums, p, f->friction, w->x, w->end, h);
     double gap = near.distance - p->thickness - p->goal;
     double error = fabs(gap - end), angle = om_distance(near.n, p->n);
     bool is_valid = is_damped ? error <= FREEZE_GAP * f->thickness
                               : error <= SAME_GAP * f->thickness && angle <= SAME_ANGLE;
     is_valid &= part >= 1;
     if (!is_valid) linearise(w, p, &near);
-    w->nslip -= is_changed && !is_valid;  // counted once
+    w->sums.nslip -= is_changed && !is_valid;  // counted once
     return !is_valid || is_changed;
 }
 
@@ -431,7 +344,7 @@ static int catch_passing(OmContactWork* cw, const OmTissueModel* m, OmTissueStat
         OmSelfPair* p = &w->pair[k];
         if (p->is_active || p->is_closed || !is_passing(f, w, p)) continue;
         catch_pair(cw, m, s, work, p, h);
-        w->nactive += p->is_active;
+        w->sums.nactive += p->is_active;
         num += p->is_active;
     }
     return num;
@@ -457,13 +370,7 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
                p = w->predicted[n] - w->predicted_mean[n % 3];
         is_lost = is_lost || !(d >= (p < 0 ? p : 0) - slack && d <= (p > 0 ? p : 0) + slack);
     }
-    w->nswitch = 0;
-    w->strongest = w->friction_error = w->friction_bound = 0;
-    w->nslip = 0;
-    ++w->nsolve;
-    for (int k = 0; k < w->npair; ++k)
-        if (w->pair[k].is_active)
-            w->strongest = fmax(w->strongest, -w->pair[k].k * gap_at_end(w, &w->pair[k]));
+    om__pairs_begin_update(&w->sums, w->npair, w->pair, w->x, w->end);
     for (int k = 0; k < w->npair; ++k) {
         OmSelfPair* p = &w->pair[k];
         p->force = om_vec3(0, 0, 0);
@@ -481,27 +388,24 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
         if (!isfinite(near.distance) || near.distance - p->thickness - p->goal >= -allowed)
             continue;
         linearise(w, p, &near);
-        p->k = stiffness_of(m, s, work, p);
+        p->k = om__pair_stiffness(m, s, work, p);
         if (p->k == 0) continue;  // all four are held: nothing can move
         ++*nchange;
         if (p->is_closed) continue;
-        p->is_active = true;
-        ++w->nactive;
-        ++w->nswitch;
+        om__pair_activate(&w->sums, p);
     }
-    // a few pairs that stick and slip by turns: their sum is right
-    if (w->nsolve > DAMP_FROM && w->friction_error <= SAME_FRICTION * w->friction_bound)
-        *nchange -= w->nslip;
+    *nchange = om__pairs_count_changes(&w->sums, *nchange);
     if (!is_lost) {
         if (*nchange == 0) *nchange = catch_passing(cw, m, s, work, h);
         return OM_OK;
     }
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->predicted[n] = w->end[n] - w->x[n];
-    int nactive = w->nactive, npair = w->npair;
+    int nactive = w->sums.nactive, npair = w->npair;
     OM_TRY(search(cw, m, s, work, h));
     // new candidates that penetrate are solved for; pairs that left are far apart
-    *nchange += w->nactive != nactive || w->npair > npair;
-    w->nswitch += w->nactive > nactive ? w->nactive - nactive : nactive - w->nactive;
+    *nchange += w->sums.nactive != nactive || w->npair > npair;
+    w->sums.nswitch +=
+        w->sums.nactive > nactive ? w->sums.nactive - nactive : nactive - w->sums.nactive;
     return OM_OK;
 }
 
@@ -512,24 +416,12 @@ void om__self_close_set(OmContactWork* cw) {
 
 void om__self_begin_line(OmContactWork* cw, const OmTissueState* s, const double* last,
                          const double* increment, double h, OmContactLine* line) {
-    for (int k = 0; cw->self && k < cw->self->npair; ++k) {
-        OmSelfPair* p = &cw->self->pair[k];
-        if (!p->is_active) continue;
-        OmVec3 d = om_scale(h, om_add(relative(p, om_tissue_v(s)), relative(p, last)));
-        p->depth = p->goal - p->gap - om_dot(p->n, d);
-        p->depth_rate = h * om_dot(p->n, relative(p, increment));
-        line->farthest = fmax(line->farthest, fabs(p->depth_rate));
-        line->slope += p->k * p->depth * p->depth_rate;
-        line->curve -= p->k * p->depth_rate * p->depth_rate;
-    }
+    if (cw->self)
+        om__pairs_begin_line(cw->self->npair, cw->self->pair, s, last, increment, h, line);
 }
 
 void om__self_add_line(const OmContactWork* cw, double at, double* slope) {
-    for (int k = 0; cw->self && k < cw->self->npair; ++k) {
-        const OmSelfPair* p = &cw->self->pair[k];
-        if (!p->is_active) continue;
-        *slope -= p->k * fmax(0, p->depth - at * p->depth_rate) * p->depth_rate;
-    }
+    if (cw->self) om__pairs_add_line(cw->self->npair, cw->self->pair, at, slope);
 }
 
 // The first pair that would pass, or null.
@@ -587,33 +479,15 @@ OmStatus om__self_report_pairs(OmContactWork* cw, OmTissueState* s) {
     const OmSelf* f = cw->contact->self;
     OmSelfWork* w = cw->self;
     if (!w) return OM_OK;
-    double* f_contact = om_tissue_contact_force(s);
-    w->ntouch = 0;
     for (int k = 0; k < w->npair; ++k) {
         const OmSelfPair* p = &w->pair[k];
         if (!p->is_active || p->push <= 0) continue;
         OmNear near;
         om__near_eval(f, p, w->end, &near);
         if (p->is_caught) near.distance = near.apart;
-        OM_GROW(w->touch, w->ntouch, w->max_touch, 64);
-        OmContactTouch* t = &w->touch[w->ntouch++];
-        *t = (OmContactTouch){.body = {f->body[p->vert[0]], f->body[p->vert[3]]},
-                              .normal = p->n,
-                              .force = p->force,
-                              .gap = near.distance - p->thickness};
-        int nfirst = p->first < 0 ? 1 : 2;
-        for (int a = 0; a < 4; ++a) {
-            t->vert[a] = p->vert[a];
-            t->weight[a] = p->weight[a];
-            OmVec3 x = om_load3(w->end, p->vert[a]);
-            if (a < nfirst) t->point = om_madd(t->point, p->weight[a], x);
-            OmVec3 sum = om_load3(f_contact, p->vert[a]);
-            om_store3(f_contact, p->vert[a], om_madd(sum, p->weight[a], p->force));
-        }
-        cw->report.self_penetration = fmax(cw->report.self_penetration, -t->gap);
+        OM_TRY(
+            om__pair_report(cw, s, p, p->first < 0 ? 1 : 2, w->end, near.distance - p->thickness));
     }
-    cw->report.ntouch = w->ntouch;
-    cw->report.touch = w->touch;
     return OM_OK;
 }
 
@@ -640,6 +514,7 @@ static bool are_neighbours(const OmSelf* f, const int edge[2], const int tri[3])
 static OmStatus cross(void* ctx, int t, int u) {
     Crossing* c = ctx;
     const OmSelf* f = c->self;
+    if (is_skins(f, t, u)) return OM_OK;
     for (int turn = 0; turn < 2; ++turn) {
         int a = turn ? u : t, b = turn ? t : u;
         const int* tri = f->tri_vert + 3 * (size_t)b;
@@ -690,20 +565,4 @@ void om__self_end_step(OmContactWork* cw, const OmTissueState* s) {
     if (!cw->self) return;
     memcpy(cw->self->last, om_tissue_x(s), 3 * (size_t)cw->contact->nvert * sizeof(double));
     cw->self->has_last = true;
-}
-
-OmVec3 om_contact_body_force(const OmContactWork* cw, int a, int b) {
-    OmVec3 sum = {0, 0, 0};
-    for (int k = 0; cw->self && k < cw->self->ntouch; ++k) {
-        const OmContactTouch* t = &cw->self->touch[k];
-        if (t->body[0] == a && t->body[1] == b) sum = om_add(sum, t->force);
-        if (t->body[0] == b && t->body[1] == a) sum = om_sub(sum, t->force);
-    }
-    return sum;
-}
-
-int om_contact_body_count(const OmContact* c) { return c->self ? c->self->nbody : 0; }
-
-int om_contact_body_of(const OmContact* c, int vert) {
-    return c->self && vert >= 0 && vert < c->nvert ? c->self->body[vert] : -1;
 }

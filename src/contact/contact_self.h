@@ -1,16 +1,15 @@
 // contact_self.h: contact of tissue with itself, and between bodies of one mesh. Each file calls only files above it:
 //
+//   contact_pair.h     two places of the tissue that touch
 //   contact_near.c     vertex and triangle, edge and edge: closest points, paths
 //   contact_tree.c     edges, owners and the tree of boxes; pairs whose boxes meet
 //   contact_self.c     contact inside a step
 #ifndef OMENTUM_CONTACT_SELF_H
 #define OMENTUM_CONTACT_SELF_H
 
-#include "omentum/contact.h"
-#include "omentum/tissue_engine.h"
+#include "contact/contact_pair.h"
 
-struct OmContactWork;
-struct OmContactLine;
+struct OmContact;
 
 typedef struct OmSelfNode {  // of the tree; the first child of an inner node follows it
     int right;               // the other child; leaf: 0
@@ -25,8 +24,8 @@ typedef struct OmSelf {   // constant
     int* tri_edge;       // edge k joins corners k and k + 1                         (ntri x 3)
     unsigned char* own;  // bits: corners 0 to 2, edges 3 to 5; one triangle owns each  (ntri)
     int *near_adr, *near_vert;  // ends of the edges around each vertex       (nvert + 1), (2 nedge)
-    int nbody;
-    int* body;  // piece of the mesh of each vertex                                  (nvert)
+    const int* body;            // of the contact                               (nvert)
+    const unsigned char* has_skin;  // of the contact                                (nbody)
     int nnode;
     OmSelfNode* node;  //                                                            (nnode)
     double* rest;      // positions at rest                                          (nvert x 3)
@@ -38,29 +37,6 @@ typedef struct OmSelfBox {  // of a node
     double lo[3], hi[3];    // of the path in the step
     double nlo[3], nhi[3];  // of the unit normals around its vertices
 } OmSelfBox;
-
-typedef struct OmSelfPair {  // a vertex and a triangle, or two edges, near each other in a step
-    int vert[4];             // vertex, then the triangle's; or two and two
-    int first, second;       // edges; of a vertex: -1 and its triangle
-    bool is_dead;            // on the wrong side at the beginning: in contact only if caught
-    bool is_caught;          // its path led through the other side: a small gap is kept
-    double apart;            // m, distance at the beginning of the step
-    bool is_active, is_closed;
-    // of two edges: towards the first one, by the surface around them at the beginning
-    OmVec3 side;
-    double weight[4];       // of the closest points; the first side is positive
-    OmVec3 n;               // from the second side to the first, unit
-    double thickness;       // m
-    double gap;             // m, n . sum weight x at the beginning of the step, less thickness
-    double goal;            // m, gap required at its end
-    double k;               // N/m
-    double push, was_push;  // N, of the last two solves
-    OmVec3 slip;            // m, tangential, of the last solve
-    OmVec3 friction;        // N in the next solve at zero displacement
-    OmMat3 friction_K;      // N/m, its decrease with the displacement
-    OmVec3 force;           // N on the first side, of the last solve
-    double depth, depth_rate;
-} OmSelfPair;
 
 typedef struct OmNear {  // closest points of a pair
     double weight[4];
@@ -93,13 +69,7 @@ typedef struct OmSelfWork {
     OmSelfPair* old;  // pairs of the last search
     int* stack;       // of a search                                                 (max_stack)
     int max_stack;
-    int nactive, nswitch;
-    int nsolve;                             // in this substep
-    double strongest;                       // N, push in the last solve
-    double friction_error, friction_bound;  // N, sums over the active pairs
-    int nslip;                              // pairs that changed by friction alone
-    int ntouch, max_touch;
-    OmContactTouch* touch;
+    OmPairSums sums;
 } OmSelfWork;
 
 // ---- contact_near.c
@@ -121,8 +91,8 @@ bool om__near_crosses(const int edge[2], const int tri[3], const double* x);
 
 // ---- contact_tree.c
 
-OmStatus om__self_create(const OmContactDef* def, const OmTissueModel* model, int ntri,
-                         const int* tri_vert, double size, OmSelf** self);
+OmStatus om__self_create(const struct OmContact* contact, const OmTissueModel* model,
+                         OmSelf** self);
 void om__self_destroy(OmSelf* self);
 OmStatus om__self_work_create(const OmSelf* self, OmSelfWork** work);
 void om__self_work_destroy(OmSelfWork* work);

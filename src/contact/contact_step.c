@@ -16,7 +16,8 @@
 // ---- vertices against obstacles -----------------------------------------------------------------------
 
 static int count_active(const OmContactWork* cw) {
-    return cw->nactive + (cw->self ? cw->self->nactive : 0);
+    return cw->nactive + (cw->self ? cw->self->sums.nactive : 0) +
+           (cw->ride ? cw->ride->sums.nactive : 0);
 }
 
 // While many pairs switch, the active set is only a guess: such solves may be loose. Only the first solve makes coarse
@@ -51,11 +52,13 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
         int nchange;
         OM_TRY(om__contact_update_pairs(cw, m, s, w, h, n >= DAMP_FROM, &nchange));
         cw->report.is_settled = nchange == 0 && !is_loose;
-        int nswitch = cw->nswitch + (cw->self ? cw->self->nswitch : 0);
+        int nswitch = cw->nswitch + (cw->self ? cw->self->sums.nswitch : 0) +
+                      (cw->ride ? cw->ride->sums.nswitch : 0);
         is_loose = nswitch > ROUGH * count_active(cw) && n + 2 < max_iterations;
         nstale += nswitch;
         // an impact too hard for this step: the set that a solve finds is that of other places
-        bool is_wild = cw->self && n + 1 >= WILD_AFTER && cw->self->nswitch > cw->self->nactive;
+        bool is_wild =
+            cw->self && n + 1 >= WILD_AFTER && cw->self->sums.nswitch > cw->self->sums.nactive;
         // so is the set that is about to be closed
         is_wild |= cw->self && n + 1 == max_iterations / 2 && is_loose;
         OM_CHECK(!is_wild || h < 2 * SHORTEST * cw->h || om_tissue_is_spent(m, w), OM_INVALID,

@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/base_union.h"
-#include "contact/contact_self.h"
+#include "contact/contact_internal.h"
 
 // fmin and fmax are calls: they took a seventh of a search.
 static inline double least(double a, double b) { return a < b ? a : b; }
@@ -82,25 +81,6 @@ static OmStatus list_near(OmSelf* f) {
     // each entry is now the begin of the next
     for (int i = f->nvert; i > 0; --i) at[i] = at[i - 1];
     at[0] = 0;
-    return OM_OK;
-}
-
-// Pieces of the mesh, numbered by their first vertices.
-static OmStatus find_bodies(const OmTetMesh* mesh, OmSelf* f) {
-    int* parent = om_alloc((size_t)mesh->nvert, sizeof *parent);
-    if (!parent) return OM_NO_MEMORY;
-    for (int i = 0; i < mesh->nvert; ++i) parent[i] = i;
-    for (int e = 0; e < mesh->ntet; ++e)
-        for (int k = 1; k < 4; ++k) {
-            int a = om__find_root(parent, mesh->tet_vert[4 * (size_t)e]),
-                b = om__find_root(parent, mesh->tet_vert[4 * (size_t)e + (size_t)k]);
-            if (a != b) parent[a < b ? b : a] = a < b ? a : b;
-        }
-    for (int i = 0; i < mesh->nvert; ++i) {
-        int root = om__find_root(parent, i);
-        f->body[i] = root == i ? f->nbody++ : f->body[root];
-    }
-    om_free(parent);
     return OM_OK;
 }
 
@@ -183,33 +163,26 @@ static double mean_edge(const OmSelf* f) {
     return sum / f->nedge;
 }
 
-OmStatus om__self_create(const OmContactDef* def, const OmTissueModel* m, int ntri,
-                         const int* tri_vert, double size, OmSelf** self) {
+OmStatus om__self_create(const OmContact* c, const OmTissueModel* m, OmSelf** self) {
     *self = NULL;
     const OmTetMesh* mesh = om_tissue_mesh(m);
-    OM_CHECK(ntri > 0 && (om_engine_capabilities(om_tissue_engine(m)) & OM_ENGINE_TANGENT),
-             OM_UNAVAILABLE,
-             "contact: self_contact needs a mesh of tetrahedra and an engine with a matrix");
-    OM_CHECK(
-        om_engine_def(m)->solver.preconditioner < OM_CHOLESKY, OM_UNAVAILABLE,
-        "contact: self_contact needs CG as the tissue's solver (OM_MULTIGRID, OM_BLOCK_JACOBI)");
     OmStatus status = OM_OK;
     OmSelf* f = om_calloc(1, sizeof *f);
     if (!f) return OM_NO_MEMORY;
-    f->tri_vert = tri_vert;
-    f->ntri = ntri;
+    f->tri_vert = c->tri_vert;
+    f->ntri = c->ntri;
     f->nvert = mesh->nvert;
+    f->body = c->body;
+    f->has_skin = c->has_skin;
     OM_ALLOC_DONE(f->rest, 3 * (size_t)mesh->nvert);
-    OM_ALLOC_DONE(f->body, mesh->nvert);
     memcpy(f->rest, mesh->x, 3 * (size_t)mesh->nvert * sizeof *f->rest);
     OM_TRY_DONE(make_edges(f));
     OM_TRY_DONE(list_near(f));
-    OM_TRY_DONE(find_bodies(mesh, f));
     OM_TRY_DONE(make_tree(f));
     f->edge = mean_edge(f);
-    f->thickness = def->self_thickness > 0 ? def->self_thickness : 0.1 * f->edge;
-    f->friction = def->self_friction;
-    f->size = size;
+    f->thickness = c->def.self_thickness > 0 ? c->def.self_thickness : 0.1 * f->edge;
+    f->friction = c->def.self_friction;
+    f->size = c->size;
     *self = f;
     return OM_OK;
 done:
@@ -225,7 +198,6 @@ void om__self_destroy(OmSelf* f) {
     om_free(f->own);
     om_free(f->near_adr);
     om_free(f->near_vert);
-    om_free(f->body);
     om_free(f->node);
     om_free(f->rest);
     om_free(f);
@@ -274,7 +246,6 @@ void om__self_work_destroy(OmSelfWork* w) {
     om_free(w->found);
     om_free(w->old);
     om_free(w->stack);
-    om_free(w->touch);
     om_free(w);
 }
 

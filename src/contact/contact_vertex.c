@@ -126,7 +126,7 @@ static void find_normals(OmContactWork* cw, const double* x) {
 // True if the surface at vertex i looks at an obstacle with normal n. In a fall the motion predicted for a step may be
 // longer than the body: then the far side would penetrate too, but the near side stops it. With every such vertex in
 // the first guess an impact took five solves in place of one, with coarse matrices made for the wrong set.
-static bool is_facing(OmContactWork* cw, const double* x, int i, OmVec3 n) {
+bool om__contact_is_facing(OmContactWork* cw, const double* x, int i, OmVec3 n) {
     if (cw->contact->ntri == 0) return true;
     if (!cw->has_normal) find_normals(cw, x);
     OmVec3 out = om_load3(cw->normal, i);
@@ -168,10 +168,10 @@ OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTis
             double end = om__contact_gap(cw, k, true, om_add(p, d), &pair->n);
             pair->push = fmax(0, om_dot(om_load3(last_force, i), pair->n));
             // with self-contact the last force may be that of other tissue
-            if (cw->self && begin > c->ring) pair->push = 0;
+            if (c->body && begin > c->ring) pair->push = 0;
             bool is_old = pair->push > 0 || begin < -ACTIVATE * c->size;
-            pair->is_active =
-                is_old || (end - pair->goal < -ACTIVATE * c->size && is_facing(cw, x, i, normal));
+            pair->is_active = is_old || (end - pair->goal < -ACTIVATE * c->size &&
+                                         om__contact_is_facing(cw, x, i, normal));
             if (!pair->is_active) continue;
             ++cw->nactive;
             linearise(cw, pair, p, d, false);
@@ -180,6 +180,7 @@ OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTis
             if (friction_of(c, k) > 0) recall_friction(pair, friction_of(c, k), slip);
         }
     }
+    om__skins_find_pairs(cw, m, s, w, h);
     return om__self_find_pairs(cw, m, s, w, h);
 }
 
@@ -205,6 +206,7 @@ OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
         }
         om_tissue_add_force(w, pair->vert, f, K);
     }
+    OM_TRY(om__skins_add_forces(cw, w));
     return om__self_add_forces(cw, w);
 }
 
@@ -260,12 +262,13 @@ OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmT
     int nself;
     *nchange = update_vertices(cw, s, w, h, is_damped);
     OM_TRY(om__self_update_pairs(cw, m, s, w, h, is_damped, &nself));
-    *nchange += nself;
+    *nchange += nself + om__skins_update_pairs(cw, m, s, w, h, is_damped);
     return OM_OK;
 }
 
 void om__contact_close_set(OmContactWork* cw) {
     for (int k = 0; k < cw->npair; ++k) cw->pair[k].is_closed |= !cw->pair[k].is_active;
+    om__skins_close_set(cw);
     om__self_close_set(cw);
 }
 
@@ -294,6 +297,7 @@ void om__contact_begin_line(OmContactWork* cw, const OmTissueState* s, const dou
         line->slope += pair->k * pair->depth * pair->depth_rate;
         line->curve -= pair->k * pair->depth_rate * pair->depth_rate;
     }
+    om__skins_begin_line(cw, s, last, increment, h, line);
     om__self_begin_line(cw, s, last, increment, h, line);
 }
 
@@ -303,6 +307,7 @@ void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
         if (!pair->is_active) continue;
         *slope -= pair->k * fmax(0, pair->depth - at * pair->depth_rate) * pair->depth_rate;
     }
+    om__skins_add_line(cw, at, slope);
     om__self_add_line(cw, at, slope);
 }
 
@@ -337,5 +342,7 @@ OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmT
         o->torque = om_add(o->torque, om_cross(arm, pair->force));
         ++o->ncontact;
     }
+    cw->ntouch = 0;
+    OM_TRY(om__skins_report_pairs(cw, s));
     return om__self_report_pairs(cw, s);
 }
