@@ -113,9 +113,27 @@ OM_API void om_body_destroy(OmBody* body);
 /// The engine that computes the body; om_engine_capabilities says what it can do.
 OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
 /// The model of its tissue, until om_body_set_young or destroy. om_tissue_mesh of it has a vertex for each position of
-/// om_body_x: those of the site's mesh, then, of quadratic elements, the midpoints of edges. Pictures and recordings
-/// show this mesh.
+/// om_body_x: those of the site's mesh, those of an organ that deforms, then, of quadratic elements, the midpoints of
+/// edges.
 OM_API const OmTissueModel* om_body_tissue(const OmBody* body);
+/// The tissue that pictures and recordings show: om_tissue_mesh with the elements of the site's mesh alone. A view,
+/// until om_body_set_young or destroy.
+OM_API const OmTetMesh* om_body_mesh(const OmBody* body);
+
+/// Organ and ROI of a site where the vertices of a body are: they ride on an organ that deforms, and stay where they
+/// are on one that does not. Views, which om_anatomy_move changes.
+typedef struct OmAnatomy {
+    const OmSurface *organ, *roi;
+    const double *roi_x, *roi_n;  // as OmSite                                     (nroi x 3)
+    bool moves;                   // the organ deforms
+} OmAnatomy;
+
+/// @param body  gives site and model, which are borrowed until destroy
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_anatomy_create(const OmBody* body, OmAnatomy** anatomy);
+OM_API void om_anatomy_destroy(OmAnatomy* anatomy);
+/// @param x  as om_body_x, of any body of the model
+OM_API void om_anatomy_move(OmAnatomy* anatomy, const double* x);
 /// Back to the rest shape and the attachments of the model, at time 0; nothing is grasped.
 OM_API void om_body_reset(OmBody* body);
 /// Grasp the vertices within `radius` of the tip.

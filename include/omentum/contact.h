@@ -40,7 +40,8 @@ OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx
 /// boundary (shape_skin.h), and the body feels what pushes it.
 typedef struct OmContactSkin {
     const OmSdf* sdf;  // distance from the surface in the body's rest shape, borrowed
-    int vert;          // a vertex of the body, which is a piece of the mesh
+    // The body's vertices in the mesh of the model's definition: one piece of the mesh or several.
+    int vert_begin, vert_end;
 } OmContactSkin;
 
 typedef struct OmContactDef {  // made by om_contact_default_def
@@ -60,8 +61,8 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // m, distance that they keep, at most 0.1; 0 (default): a tenth of the mean edge of the surface
     double self_thickness;
     double self_friction;  // Coulomb's between them, 0 to 10, viscous below 0.01 mm/s; default 0
-    // Smooth surfaces of bodies of the mesh, against vertices of the other bodies; copied. They need what self_contact
-    // needs, take its place between these bodies, and their friction is `friction`.                       (nskin)
+    // Smooth surfaces of bodies of the mesh, against vertices of bodies without one; copied. They need what
+    // self_contact needs, take its place between such bodies, and their friction is `friction`.        (nskin)
     int nskin;
     const OmContactSkin* skin;
     OmCookie cookie;  // set by om_contact_default_def

@@ -91,6 +91,22 @@ typedef struct OmSceneModel {  // how a patient model is built from a volume; se
     double attach_turn;   // rad
 } OmSceneModel;
 
+typedef enum OmOrganKind {
+    OM_ORGAN_RIGID,  // in twin and truth
+    OM_ORGAN_TRUTH,  // it deforms in the simulated truth; the twin's is rigid
+    OM_ORGAN_BOTH    // it deforms in both
+} OmOrganKind;
+
+typedef struct OmSceneOrgan {  // the organ under the tissue of a patient or a volume
+    int deforms;               // OmOrganKind; default OM_ORGAN_RIGID
+    double edge;  // m, mean edge of its mesh; its surface stays that of the CT; default 10 mm
+    // Pa, 1, kg/m^3; default 10000, 0.45 and 1050: a healthy kidney (Ruan et al. 2023, Insights Imaging 14:135)
+    double young, poisson, density;
+    // N/m^3: the organ lies on other tissue, springs of this stiffness by area hold the side away from the tissue that
+    // the robot grasps; default 3e5, a centimetre of fat of 3 kPa
+    double foundation;
+} OmSceneOrgan;
+
 typedef enum OmAttachKind {
     OM_ATTACH_RANDOM,  // a random patch of the underside (thesis 4.2.1), covering a random share of it
     OM_ATTACH_BOX,     // underside vertices inside a box of the task frame
@@ -271,6 +287,7 @@ typedef struct OmScene {
     int seed;  // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
+    OmSceneOrgan organ;
     OmSceneAttach attach;              // the truth
     OmSceneBelief believed;            // by the twin
     OmSceneRoiBelief believed_roi;     //
@@ -335,11 +352,16 @@ typedef struct OmSite {
     OmPose pose_world_task;    // task frame
     // Frame by which the scene places cameras and arms: the task frame, but without the error of registration.
     OmPose pose_world_field;
-    OmVec3 half_size;   // m, half the extent of the tissue in the task frame
-    bool has_ground;    // a board at the task frame's z = 0
-    bool has_organ;     // still anatomy under the tissue
-    OmSurface organ;    //
-    OmSdf organ_sdf;    //
+    OmVec3 half_size;  // m, half the extent of the tissue in the task frame
+    bool has_ground;   // a board at the task frame's z = 0
+    bool has_organ;    // still anatomy under the tissue
+    OmSurface organ;   //
+    OmSdf organ_sdf;   //
+    // The organ as a body that deforms, with its set "attachment", and the springs of that set, N/m; no vertices:
+    // it is rigid
+    OmTetMesh soft;
+    double* soft_spring;
+    OmSiteMaterial soft_material;
     int nroi;           // sample points of the ROI's surface
     double* roi_x;      // world frame, m      (nroi x 3)
     double* roi_n;      // outward normals     (nroi x 3)

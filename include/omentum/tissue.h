@@ -59,6 +59,9 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     // Instead of `options`: a file and numbers from which the engine makes options, owned by the model; default null
     const struct OmEngineInput* input;
     const OmTetMesh* mesh;  // copied by create
+    // The first vertices of the mesh, which are the tissue; the others belong to bodies around it, such as an organ
+    // that gives way. Tools do not grasp these, and om_tissue_get_forces leaves them out. Default 0: all are.
+    int nown;
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
     OmMaterial material_default;  // used if nmaterial is 0
@@ -357,7 +360,7 @@ typedef struct OmTissueForces {  // N, resultants of forces on the tissue
     OmVec3 attachment;           // by the attachments, from element stresses (or their springs)
     OmVec3 contact;              // by ground and organs, from the last contact step
     OmVec3 external;             // om_tissue_external_force
-    OmVec3 weight;               // of all tissue
+    OmVec3 weight;               // of all tissue (OmTissueDef.nown)
 } OmTissueForces;
 
 /// At equilibrium all but `pull` sum to zero. Needs no work; attachments of both kinds in one state

@@ -46,8 +46,8 @@ struct OmContact {          // constant
     int* tri_vert;      // vertices, counter-clockwise seen from outside             (ntri x 3)
     int nbody;          // pieces of the mesh, in the order of their first vertices
     int* body;          // of each vertex; null without self_contact and skins          (nvert)
-    unsigned char* has_skin;  // of each body                                            (nbody)
-    OmSelf* self;             // null without self_contact
+    int* skin_of;  // the skin of each body, -1: none                                    (nbody)
+    OmSelf* self;  // null without self_contact
     int nskin;
     OmRide* skin;          //                                                            (nskin)
     double skin_friction;  // not below 0

@@ -91,11 +91,10 @@ static OmStatus create_soft(const OmContactDef* def, const OmTissueModel* m, OmC
     if (!def->self_contact && def->nskin == 0) return OM_OK;
     OM_TRY(check_engine(def, c, m));
     OM_TRY(find_bodies(om_tissue_mesh(m), c));
-    OM_TRY(om__skins_create(def, m, c));
-    c->has_skin = om_calloc((size_t)c->nbody, 1);
-    if (!c->has_skin) return OM_NO_MEMORY;
-    for (int k = 0; k < c->nskin; ++k) c->has_skin[c->skin[k].body] = 1;
+    OM_ALLOC(c->skin_of, c->nbody);
+    for (int b = 0; b < c->nbody; ++b) c->skin_of[b] = -1;
     c->skin_friction = fmax(0, c->def.friction);
+    OM_TRY(om__skins_create(def, m, c));
     return def->self_contact ? om__self_create(c, m, &c->self) : OM_OK;
 }
 
@@ -136,7 +135,7 @@ void om_contact_destroy(OmContact* c) {
     om_free(c->surface_vert);
     om_free(c->tri_vert);
     om_free(c->body);
-    om_free(c->has_skin);
+    om_free(c->skin_of);
     om__skins_destroy(c);
     om__self_destroy(c->self);
     om_free(c);

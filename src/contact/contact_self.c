@@ -92,10 +92,10 @@ static OmStatus add_pair(Search* s, const int* a, int na, const int* b, int nb, 
     return OM_OK;
 }
 
-// Between two bodies of which one has a skin, contact_skin.c has the contact.
+// Where one of two bodies has a skin, contact_skin.c has the contact.
 static bool is_skins(const OmSelf* f, int t, int u) {
     int a = f->body[f->tri_vert[3 * (size_t)t]], b = f->body[f->tri_vert[3 * (size_t)u]];
-    return a != b && (f->has_skin[a] || f->has_skin[b]);
+    return (f->skin_of[a] < 0) != (f->skin_of[b] < 0);
 }
 
 static OmStatus meet(void* ctx, int t, int u) {

@@ -25,7 +25,7 @@ typedef struct OmSelf {   // constant
     unsigned char* own;  // bits: corners 0 to 2, edges 3 to 5; one triangle owns each  (ntri)
     int *near_adr, *near_vert;  // ends of the edges around each vertex       (nvert + 1), (2 nedge)
     const int* body;            // of the contact                               (nvert)
-    const unsigned char* has_skin;  // of the contact                                (nbody)
+    const int* skin_of;         // of the contact                               (nbody)
     int nnode;
     OmSelfNode* node;  //                                                            (nnode)
     double* rest;      // positions at rest                                          (nvert x 3)

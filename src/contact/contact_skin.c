@@ -22,15 +22,15 @@
 
 // ---- memory -------------------------------------------------------------------------------------------
 
-// The triangles of the contact that belong to a body.
-static OmStatus copy_body(const OmContact* c, const OmTetMesh* mesh, OmRide* r) {
+// The triangles of the contact that belong to the bodies of a skin.
+static OmStatus copy_surface(const OmContact* c, const OmTetMesh* mesh, OmRide* r) {
     OmStatus status = OM_OK;
     int *local = NULL, ntri = 0, nvert = 0;
     OM_ALLOC_DONE(local, c->nvert);
     for (int i = 0; i < c->nvert; ++i) local[i] = -1;
     for (int n = 0; n < 3 * c->ntri; ++n) {
         int i = c->tri_vert[n];
-        if (c->body[i] != r->body) continue;
+        if (c->skin_of[c->body[i]] != r->index) continue;
         ntri += n % 3 == 0;
         if (local[i] < 0) local[i] = nvert++;
     }
@@ -44,7 +44,7 @@ static OmStatus copy_body(const OmContact* c, const OmTetMesh* mesh, OmRide* r) 
     }
     ntri = 0;
     for (int n = 0; n < 3 * c->ntri; ++n)
-        if (c->body[c->tri_vert[n]] == r->body) r->rest.tri_vert[ntri++] = local[c->tri_vert[n]];
+        if (local[c->tri_vert[n]] >= 0) r->rest.tri_vert[ntri++] = local[c->tri_vert[n]];
     for (int i = 0; i < nvert; ++i)
         r->off = fmax(r->off, fabs(om_sdf_eval(r->sdf, om_load3(r->rest.x, i), NULL)));
 done:
@@ -58,14 +58,17 @@ OmStatus om__skins_create(const OmContactDef* def, const OmTissueModel* m, OmCon
     if (!c->skin) return OM_NO_MEMORY;
     c->nskin = def->nskin;
     for (int k = 0; k < def->nskin; ++k) {
-        int vert = def->skin[k].vert;
-        OM_CHECK(def->skin[k].sdf && vert >= 0 && vert < c->nvert, OM_INVALID,
-                 "contact: skin[%d]: no distance field, or vertex %d is not one of the model's %d",
-                 k, vert, c->nvert);
-        c->skin[k].sdf = def->skin[k].sdf;
-        c->skin[k].body = c->body[vert];
-        OM_TRY(copy_body(c, om_tissue_mesh(m), &c->skin[k]));
+        const OmContactSkin* skin = &def->skin[k];
+        OM_CHECK(skin->sdf && skin->vert_begin >= 0 && skin->vert_begin < skin->vert_end &&
+                     skin->vert_end <= om_tissue_corner_count(m),
+                 OM_INVALID,
+                 "contact: skin[%d]: no distance field, or vertices %d to %d of a mesh of %d", k,
+                 skin->vert_begin, skin->vert_end, om_tissue_corner_count(m));
+        for (int i = skin->vert_begin; i < skin->vert_end; ++i) c->skin_of[c->body[i]] = k;
+        c->skin[k].sdf = skin->sdf;
+        c->skin[k].index = k;
     }
+    for (int k = 0; k < c->nskin; ++k) OM_TRY(copy_surface(c, om_tissue_mesh(m), &c->skin[k]));
     return OM_OK;
 }
 
@@ -193,7 +196,7 @@ void om__skins_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSta
     for (int k = 0; k < c->nskin; ++k)
         for (int n = 0; n < c->nsurface; ++n) {
             int i = c->surface_vert[n];
-            if (c->body[i] == c->skin[k].body) continue;
+            if (c->skin_of[c->body[i]] >= 0) continue;
             double far = way_of(w, i) + w->fastest[k] + REACH * c->size;
             Near near;
             if (!look(c, w, k, i, om_load3(w->x, i), far, &near) || near.gap > far) continue;

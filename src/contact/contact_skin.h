@@ -9,8 +9,8 @@ struct OmContact;
 
 typedef struct OmRide {  // a skin of the contact, constant
     const OmSdf* sdf;
-    int body;
-    OmSurface rest;  // boundary of the body at rest
+    int index;       // of the skin
+    OmSurface rest;  // boundary of its bodies at rest
     int* vert;       // its vertices in the model                               (rest.nvert)
     double off;      // m, farthest that this boundary is from the smooth surface
 } OmRide;

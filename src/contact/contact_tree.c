@@ -173,7 +173,7 @@ OmStatus om__self_create(const OmContact* c, const OmTissueModel* m, OmSelf** se
     f->ntri = c->ntri;
     f->nvert = mesh->nvert;
     f->body = c->body;
-    f->has_skin = c->has_skin;
+    f->skin_of = c->skin_of;
     OM_ALLOC_DONE(f->rest, 3 * (size_t)mesh->nvert);
     memcpy(f->rest, mesh->x, 3 * (size_t)mesh->nvert * sizeof *f->rest);
     OM_TRY_DONE(make_edges(f));

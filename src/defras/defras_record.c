@@ -52,7 +52,7 @@ typedef struct MarkedMesh {
 
 static OmStatus mark_mesh(const OmBody* body, double radius, MarkedMesh* marked) {
     const OmTissueModel* tissue = om_body_tissue(body);
-    const OmTetMesh* mesh = om_tissue_mesh(tissue);
+    const OmTetMesh* mesh = om_body_mesh(body);
     *marked = (MarkedMesh){.mesh = *mesh, .ncell = mesh->ntet};
     const int nset = mesh->nset;
     OM_ALLOC(marked->above, (size_t)mesh->nvert);
@@ -65,6 +65,7 @@ static OmStatus mark_mesh(const OmBody* body, double radius, MarkedMesh* marked)
     if (mesh->nvert == om_tissue_corner_count(tissue)) return OM_OK;
     OmTetMesh more = {.nvert = mesh->nvert};
     OM_TRY(om_tissue_make_tet10(tissue, NULL, &marked->ten));
+    marked->ten.nelem = om_body_site(body)->mesh.ntet;  // those of an organ that deforms follow
     marked->ncell = marked->ten.nelem;
     more.nset = marked->ten.nset;
     more.set = marked->ten.set;
@@ -89,8 +90,9 @@ static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SU
     static const char* const tool[OM_MAX_ARM] = {"psm1", "psm2"};
     const OmSite* site = om_body_site(rec->shown);
     int n = 0;
-    if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", &site->organ};
-    if (site->roi.ntri > 0) surface[n++] = (OmRecordedSurface){"region of interest", &site->roi};
+    if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", rec->anatomy->organ};
+    if (site->roi.ntri > 0)
+        surface[n++] = (OmRecordedSurface){"region of interest", rec->anatomy->roi};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const OmSurface* s = om_world_tool(rec->def.world, a);
         if (s) surface[n++] = (OmRecordedSurface){tool[a], s};
@@ -104,6 +106,7 @@ static void get_positions(const OmRecorder* rec, double* x) {
     const int n = find_surfaces(rec, surface);
     size_t at = 3 * (size_t)om_tissue_mesh(om_body_tissue(rec->shown))->nvert;
     memcpy(x, om_body_x(rec->shown), at * sizeof *x);
+    om_anatomy_move(rec->anatomy, om_body_x(rec->shown));
     for (int k = 0; k < n; ++k) {
         const size_t size = 3 * (size_t)surface[k].surface->nvert;
         memcpy(x + at, surface[k].surface->x, size * sizeof *x);
@@ -172,6 +175,7 @@ OmStatus om_recorder_create(const OmRecorderDef* def, OmRecorder** recorder) {
     OmStatus status = om_folder_begin(def->out_dir, OM__RETRACT_KIND, &rec->folder);
     rec->def.out_dir = NULL;  // not needed again
     if (status < 0) goto done;
+    OM_TRY_DONE(om_anatomy_create(rec->shown, &rec->anatomy));
     if (def->has_recording) {
         char path[1200];
         OM_TRY_DONE(mark_mesh(rec->shown, def->scene->roi.radius, &marked));
@@ -189,6 +193,7 @@ done:
 void om_recorder_destroy(OmRecorder* rec) {
     if (!rec) return;
     om_recording_abort(rec->recording);
+    om_anatomy_destroy(rec->anatomy);
     om_folder_end(&rec->folder);
     for (int i = 0; i < rec->nframe; ++i) {
         om_picture_done(&rec->frame[i].picture);

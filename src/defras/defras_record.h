@@ -16,8 +16,9 @@ typedef struct Frame {
 
 struct OmRecorder {
     OmRecorderDef def;
-    OmBody* shown;    // the truth, or the twin without one
-    OmFolder folder;  // written under a temporary name until the loop has ended
+    OmBody* shown;       // the truth, or the twin without one
+    OmAnatomy* anatomy;  // of `shown`
+    OmFolder folder;     // written under a temporary name until the loop has ended
     OmRecording* recording;
     // of all parts: the tissue, organ, region of interest, tools
     int nvert, ncell;

@@ -197,7 +197,7 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     loop.needs_approval = def->needs_approval;
     if (def->scene->monitor.is_enabled) {
         OmMonitorDef monitor = om_monitor_default_def(def->scene, s->world, &s->twin_site);
-        monitor.mesh = om_tissue_mesh(om_body_tissue(s->twin));
+        monitor.mesh = om_body_mesh(s->twin);
         OM_TRY(om_monitor_create(&monitor, &s->monitor));
         loop.monitor = s->monitor;
     }

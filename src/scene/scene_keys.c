@@ -127,6 +127,27 @@ static const OmYamlField model_field[] = {
 };
 static const OmYamlSchema model_schema = {"model", model_field, COUNT(model_field), NULL};
 
+// In the order of OmOrganKind.
+static const char* const deforms_name[] = {"no", "truth", "both", NULL};
+
+static const OmYamlField organ_field[] = {
+    {"deforms", OM_YAML_ENUM, AT(OmSceneOrgan, deforms), .name = deforms_name,
+     .help =
+         "does the organ under the tissue give way: nowhere, in the simulated truth, or in the twin, too?"},
+    {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneOrgan, edge), .min = 1, .max = 50, .scale = MM,
+     .unit = "mm", .help = "mean edge of its mesh; its surface stays that of the CT"},
+    {"young", OM_YAML_DOUBLE, AT(OmSceneOrgan, young), .min = 1, .max = 1e9, .unit = "Pa",
+     .help = "Young's modulus"},
+    {"poisson", OM_YAML_DOUBLE, AT(OmSceneOrgan, poisson), .min = 0, .max = OM_MAX_POISSON,
+     .help = "Poisson's ratio"},
+    {"density", OM_YAML_DOUBLE, AT(OmSceneOrgan, density), .min = 1, .max = 20000, .unit = "kg/m^3",
+     .help = "of the organ"},
+    {"foundation", OM_YAML_DOUBLE, AT(OmSceneOrgan, foundation), .min = 1, .max = 1e12,
+     .unit = "N/m^3",
+     .help = "stiffness by area of what the organ lies on, on the side away from the tissue"},
+};
+static const OmYamlSchema organ_schema = {"organ", organ_field, COUNT(organ_field), NULL};
+
 static const OmYamlField attach_field[] = {
     {"kind", OM_YAML_ENUM, AT(OmSceneAttach, kind), .name = attach_name, .is_required = true,
      .help =
@@ -366,6 +387,9 @@ static const OmYamlField scene_field[] = {
      .help = "the tissue"},
     {"model", OM_YAML_STRUCT, AT(OmScene, model), .sub = &model_schema,
      .group = IN(OM_SOURCE_VOLUME), .help = "how a patient model is built from a volume"},
+    {"organ", OM_YAML_STRUCT, AT(OmScene, organ), .sub = &organ_schema,
+     .group = IN(OM_SOURCE_PATIENT) | IN(OM_SOURCE_VOLUME),
+     .help = "the organ under the tissue, as a body that deforms"},
     {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &attach_schema,
      .help = "where the tissue is attached, in truth"},
     {"believed_attachments", OM_YAML_STRUCT, AT(OmScene, believed), .sub = &belief_schema,

@@ -45,6 +45,8 @@ OmScene om_scene_default(void) {
     s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
     s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480, {0}, {0}, {0}};
     s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240, {0}, {0}, {0}};
+    s.organ = (OmSceneOrgan){
+        .edge = 10 * MM, .young = 10000, .poisson = 0.45, .density = 1050, .foundation = 3e5};
     s.world = (OmSceneWorld){.young_factor = 0.85,
                              .density_factor = 1.0,
                              .law = -1,

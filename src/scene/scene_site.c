@@ -12,6 +12,8 @@ void om_site_done(OmSite* site) {
     om_tet_mesh_done(&site->mesh);
     om_surface_done(&site->organ);
     om_sdf_done(&site->organ_sdf);
+    om_tet_mesh_done(&site->soft);
+    om_free(site->soft_spring);
     om_surface_done(&site->roi);
     om_free(site->roi_x);
     om_free(site->roi_n);
@@ -135,6 +137,7 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
                           "triangle of the surface has all its corners among them); give stiffness "
                           "instead",
                           om_scene_label(scene), held->nvert);
+    if (status == OM_OK) status = om__site_mesh_organ(scene, site);
     if (status < 0) om_site_done(site);
     return status;
 }

@@ -7,6 +7,8 @@
 
 #include "tissue/tissue_internal.h"
 
+static bool is_own(const OmTissueModel* m, int i) { return !m->own || m->own[i]; }
+
 // Force of the attachment on vertex i of the tissue, from the elastic force there. At a fixed vertex it balances all
 // other forces: elastic force, weight, external force, contact.
 static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, int i,
@@ -24,22 +26,24 @@ static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, i
     return om_scale(-1, on);
 }
 
-// The forces of bonds on the vertices of a mask: their sum, and each of them unless `force` is null.
+// The forces of bonds on the vertices of a mask, and their sum over those of `counts`; null: all.
 static OmStatus add_bonds_of_held(const OmTissueModel* m, const OmTissueState* s,
-                                  const unsigned char* mask, double* force, OmVec3* sum) {
+                                  const unsigned char* mask, const unsigned char* counts,
+                                  double* force, OmVec3* sum) {
     if (m->nbond == 0) return OM_OK;
     double* all = om_calloc(3 * (size_t)m->mesh.nvert, sizeof *all);
     if (!all) return OM_NO_MEMORY;
     om__bonds_add(m, om__state_array(s, OM__X), mask, all);
     for (int i = 0; i < m->mesh.nvert; ++i) {
-        *sum = om_add(*sum, om_load3(all, i));
+        if (!counts || counts[i]) *sum = om_add(*sum, om_load3(all, i));
         if (force) om_store3(force, i, om_add(om_load3(force, i), om_load3(all, i)));
     }
     om_free(all);
     return OM_OK;
 }
 
-// Elastic forces on fixed vertices: their sum, and each of them unless `force` (nvert x 3) is null.
+// Elastic forces on fixed vertices: each of them in `force` (nvert x 3), or, where that is null, the sum over those of
+// the tissue itself.
 static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState* s, double* force,
                                     OmVec3* sum) {
     const unsigned char *attached = om__state_attached(s), *mask = attached;
@@ -50,14 +54,15 @@ static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState*
         nspring += om__state_stiffness(s)[i] > 0;
     }
     if (nheld == 0 || m->engine->step) return OM_OK;
-    if (nspring > 0) {
+    if (nspring > 0 || (m->own && !force)) {
         copy = om_alloc((size_t)m->mesh.nvert, 1);
         if (!copy) return OM_NO_MEMORY;
-        for (int i = 0; i < m->mesh.nvert; ++i) copy[i] = om__is_held_still(s, i);
+        for (int i = 0; i < m->mesh.nvert; ++i)
+            copy[i] = om__is_held_still(s, i) && (force || is_own(m, i));
         mask = copy;
     }
     OmStatus status = m->engine->add_internal_force(m, om__state_array(s, OM__X), mask, force, sum);
-    if (status == OM_OK) status = add_bonds_of_held(m, s, mask, force, sum);
+    if (status == OM_OK) status = add_bonds_of_held(m, s, mask, NULL, force, sum);
     om_free(copy);
     return status;
 }
@@ -69,7 +74,10 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
     const double *f_ext = om__state_array(s, OM__F_EXT), *f_tool = om__state_array(s, OM__F_TOOL);
     const double* f_touch = om__state_array(s, OM__F_TOUCH);
     OmVec3 zero = {0, 0, 0}, g = m->def.gravity, sum = zero, elastic = zero;
+    double mass = m->own ? 0 : m->total_mass;
     for (int i = 0; i < m->mesh.nvert; ++i) {
+        if (!is_own(m, i)) continue;
+        if (m->own) mass += m->mass[i];
         forces->external = om_add(forces->external, om_load3(f_ext, i));
         forces->contact = om_add(forces->contact, om_load3(f_touch, i));
         if (by[i] >= 0) {
@@ -81,8 +89,9 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
     }
     OM_TRY(add_elastic_of_held(m, s, NULL, &elastic));
     forces->attachment = om_sub(sum, elastic);
-    forces->weight = om_scale(m->total_mass, g);
-    return OM_OK;
+    forces->weight = om_scale(mass, g);
+    // what bonds hold on other bodies is attached, too; between vertices of the tissue they cancel
+    return m->own ? add_bonds_of_held(m, s, NULL, m->own, NULL, &forces->attachment) : OM_OK;
 }
 
 OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueState* s,

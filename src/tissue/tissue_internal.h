@@ -18,8 +18,9 @@ struct OmTissueModel {
     int* elem_node;         // quadratic elements, else null                       (nelem x 10)
     // vertices at the ends of the edge of each midpoint, or null       ((nvert - ncorner) x 2)
     int* mid_end;
-    double* mass;    // kg                                                        (nvert)
-    double* volume;  // of elements at rest, m^3                                  (ntet)
+    unsigned char* own;  // of the tissue itself: see OmTissueDef.nown; null: all  (nvert)
+    double* mass;        // kg                                                        (nvert)
+    double* volume;      // of elements at rest, m^3                                  (ntet)
     int nsurface;
     int* surface_vert;      // vertices of the boundary, ascending                (nsurface)
     const OmMeshSet* held;  // set "attachment", or null

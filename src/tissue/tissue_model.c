@@ -234,6 +234,18 @@ static OmStatus find_ends(OmTissueModel* m) {
     return OM_OK;
 }
 
+static OmStatus find_own(OmTissueModel* m) {
+    const int n = m->def.nown;
+    OM_CHECK(n >= 0 && n <= m->ncorner, OM_INVALID, "tissue: nown is %d of %d vertices", n,
+             m->ncorner);
+    if (n == 0 || n == m->ncorner) return OM_OK;
+    m->own = om_calloc((size_t)m->mesh.nvert, 1);
+    if (!m->own) return OM_NO_MEMORY;
+    for (int i = 0; i < m->mesh.nvert; ++i)
+        m->own[i] = (i < m->ncorner ? i : m->mid_end[2 * (i - m->ncorner)]) < n;
+    return OM_OK;
+}
+
 OmStatus om_tissue_make_tet10(const OmTissueModel* m, const double* x, OmTet10Mesh* mesh) {
     *mesh = (OmTet10Mesh){0};
     OM_CHECK(m->elem_node, OM_UNAVAILABLE, "tissue: its elements are linear; ten nodes are wanted");
@@ -275,6 +287,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
         OM_TRY_DONE(find_ends(m));
     }
     m->def.mesh = &m->mesh;
+    OM_TRY_DONE(find_own(m));
     OM_TRY_DONE(set_stiffness(m, def->attachment_springs));
     OM_TRY_DONE(om__bonds_copy(def, m));
     OM_TRY_DONE(copy_materials(m, def));
@@ -297,6 +310,7 @@ void om_tissue_destroy(OmTissueModel* m) {
     om_free((void*)(uintptr_t)m->def.material);
     om_free(m->elem_node);
     om_free(m->mid_end);
+    om_free(m->own);
     om_free(m->bond);
     om_free(m->mass);
     om_free(m->volume);

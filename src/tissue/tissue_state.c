@@ -201,6 +201,7 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     int count = 0, nbusy = 0;
     double nearest = INFINITY;
     for (int i = 0; i < m->mesh.nvert; ++i) {
+        if (m->own && !m->own[i]) continue;
         double d = om_norm(om_sub(om_load3(x, i), pose.p));
         bool is_busy = (by[i] >= 0 && by[i] != arm) || om__is_held_still(s, i);
         nearest = fmin(nearest, d);
@@ -219,7 +220,7 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     OmPose pose_tip_world = om_pose_inverse(pose);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_load3(x, i);
-        if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0) continue;
+        if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0 || (m->own && !m->own[i])) continue;
         if (om__is_held_still(s, i)) continue;
         om__state_held_by(s)[i] = (signed char)arm;
         om_store3(om__state_array(s, OM__GRIP), i, om_pose_apply(pose_tip_world, p));

@@ -133,6 +133,43 @@ bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->st
 
 const signed char* om_body_held_by(const OmBody* b) { return om_tissue_held_by(b->state); }
 
+// The attachments of an organ that deforms stay.
+static OmStatus set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
+                               const double* stiffness) {
+    const OmSite* site = b->model->site;
+    const OmMeshSet* soft = om_tet_mesh_find_set(&site->soft, "attachment");
+    if (!soft)
+        return om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness);
+    const double* rest = om_tissue_mesh(b->model->tissue)->x;
+    OM_CHECK(stiffness || site->attach_foundation <= 0, OM_INVALID,
+             "body: attachments by area need a stiffness for each vertex");
+    OmStatus status = OM_OK;
+    int *all = NULL, n = 0;
+    double *at = NULL, *spring = NULL;
+    OM_ALLOC_DONE(all, nvert + soft->nvert);
+    OM_ALLOC_DONE(at, 3 * (size_t)(nvert + soft->nvert));
+    OM_ALLOC_DONE(spring, nvert + soft->nvert);
+    for (; n < nvert; ++n) {
+        OM_CHECK_DONE(vert[n] >= 0 && vert[n] < site->mesh.nvert, OM_INVALID,
+                      "body: attachment %d: vertex %d is not one of the tissue's %d", n, vert[n],
+                      site->mesh.nvert);
+        all[n] = vert[n];
+        om_store3(at, n, anchor ? om_load3(anchor, n) : om_load3(rest, vert[n]));
+        spring[n] = stiffness ? stiffness[n] : site->attach_stiffness;
+    }
+    for (int k = 0; k < soft->nvert; ++k, ++n) {
+        all[n] = site->mesh.nvert + soft->vert[k];
+        om_store3(at, n, om_load3(site->soft.x, soft->vert[k]));
+        spring[n] = site->soft_spring[k];
+    }
+    status = om_tissue_set_attachment(b->model->tissue, b->state, n, all, at, spring);
+done:
+    om_free(all);
+    om_free(at);
+    om_free(spring);
+    return status;
+}
+
 OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
                                 const double* stiffness) {
     OmTissueForces f;
@@ -140,7 +177,7 @@ OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const dou
         OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
         b->rest.carried = om_sub(b->rest.ground, f.contact);
     }
-    OM_TRY(om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness));
+    OM_TRY(set_attachment(b, nvert, vert, anchor, stiffness));
     if (b->rest.kind == REST_KNOWN) b->rest.kind = REST_STALE;
     return OM_OK;
 }
@@ -189,6 +226,8 @@ OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
 const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(b->model->tissue); }
 const OmTissueModel* om_body_tissue(const OmBody* b) { return b->model->tissue; }
+const OmBodyModel* om__body_model(const OmBody* b) { return b->model; }
+const OmTetMesh* om_body_mesh(const OmBody* b) { return &b->model->shown; }
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 
@@ -217,17 +256,20 @@ OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     return OM_OK;
 }
 
-// Forces of `get` on the vertices of the site; the model may have midpoints as well.
+// Forces of `get` on the vertices of the site; the model may have midpoints and an organ as well.
 static OmStatus
 get_corner_forces(OmBody* b, OmStatus (*get)(const OmTissueModel*, const OmTissueState*, double*),
                   double* force) {
     const OmTissueModel* m = b->model->tissue;
-    int nvert = om_tissue_mesh(m)->nvert;
-    if (nvert == om_tissue_corner_count(m)) return get(m, b->state, force);
+    const int nvert = om_tissue_mesh(m)->nvert, ncorner = b->model->site->mesh.nvert;
+    if (nvert == ncorner) return get(m, b->state, force);
     double* all = om_alloc(3 * (size_t)nvert, sizeof *all);
     if (!all) return OM_NO_MEMORY;
     OmStatus status = get(m, b->state, all);
-    if (status >= 0) om_tissue_gather_corners(m, all, force);
+    if (status >= 0) {
+        om_tissue_gather_corners(m, all, all);
+        memcpy(force, all, 3 * (size_t)ncorner * sizeof *force);
+    }
     om_free(all);
     return status;
 }
@@ -242,10 +284,11 @@ OmStatus om_body_get_attachment_force(OmBody* b, double* force) {
 
 OmStatus om_body_get_measure(const OmBody* b, OmTissueMeasure measure, double* value) {
     const OmTissueModel* m = b->model->tissue;
-    int ntet = b->model->site->mesh.ntet, nsub = om_tissue_mesh(m)->ntet / (ntet > 0 ? ntet : 1);
-    if (nsub <= 1) return om_tissue_get_measure(m, b->state, measure, value);
+    const int ntet = b->model->site->mesh.ntet, nsub = b->model->nsub,
+              nall = om_tissue_mesh(m)->ntet;
+    if (nall == ntet) return om_tissue_get_measure(m, b->state, measure, value);
     // quadratic: the mean of the parts of a tetrahedron, which are of one size
-    double* part = om_alloc((size_t)nsub * (size_t)ntet, sizeof *part);
+    double* part = om_alloc((size_t)nall, sizeof *part);
     if (!part) return OM_NO_MEMORY;
     OmStatus status = om_tissue_get_measure(m, b->state, measure, part);
     for (int e = 0; status >= 0 && e < ntet; ++e) {

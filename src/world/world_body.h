@@ -9,6 +9,8 @@ struct OmBodyModel {
     const OmSite* site;
     OmTissueModel* tissue;
     OmContact* contact;
+    OmTetMesh shown;  // om_body_mesh; its arrays are those of `tissue`
+    int nsub;         // tetrahedra of `tissue` for each of the site's
 };
 
 struct OmBodyWork {
@@ -20,5 +22,7 @@ struct OmBodyWork {
 // A model whose Young's modulus is `factor` times that of the site.
 OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nworker, double factor,
                                OmBodyModel** model);
+
+const OmBodyModel* om__body_model(const OmBody* body);
 
 #endif

@@ -1,4 +1,9 @@
 // world_body_model.c: the model that bodies of one scene and site share, the work of a thread, steps of many bodies.
+//
+// An organ that deforms is a part of the same tissue, behind the vertices and elements of the site's mesh: one system
+// has both, and all that asks for the tissue's vertices finds them first.
+#include <string.h>
+
 #include "world/world_body.h"
 
 static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
@@ -15,9 +20,74 @@ static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
                                                                 : scene->tissue.self_friction);
     OmTissueObstacle obstacle[2];
     if (site->has_ground) obstacle[def.nobstacle++] = om_plane_obstacle(&board);
-    if (site->has_organ) obstacle[def.nobstacle++] = om_sdf_obstacle(&site->organ_sdf);
+    const bool is_soft = site->soft.nvert > 0;
+    if (site->has_organ && !is_soft) obstacle[def.nobstacle++] = om_sdf_obstacle(&site->organ_sdf);
     def.obstacle = obstacle;
+    OmContactSkin skin = {&site->organ_sdf, site->mesh.nvert, site->mesh.nvert + site->soft.nvert};
+    if (is_soft) def.nskin = 1, def.skin = &skin;
     return om_contact_create(&def, m->tissue, &m->contact);
+}
+
+// The tissue with the organ that deforms behind it, which is the last material.
+typedef struct Joined {
+    OmTetMesh mesh;
+    OmMaterial material[OM_SITE_MATERIALS + 1];
+    double density[OM_SITE_MATERIALS + 1];
+    double* spring;  // N/m, of the set "attachment"
+} Joined;
+
+static void joined_done(Joined* j) {
+    om_tet_mesh_done(&j->mesh);
+    om_free(j->spring);
+}
+
+static OmStatus join_springs(const OmSite* site, Joined* j) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    const OmMeshSet* soft = om_tet_mesh_find_set(&site->soft, "attachment");
+    int n = held ? held->nvert : 0;
+    OM_ALLOC(j->spring, n + soft->nvert);
+    for (int k = 0; k < n; ++k)
+        j->spring[k] =
+            site->attach_foundation > 0 ? site->attach_spring[k] : site->attach_stiffness;
+    memcpy(j->spring + n, site->soft_spring, (size_t)soft->nvert * sizeof *j->spring);
+    return OM_OK;
+}
+
+static OmStatus join_organ(const OmScene* scene, const OmSite* site, OmTissueDef* def, Joined* j) {
+    if (site->soft.nvert == 0) return OM_OK;
+    OM_CHECK(om_engine_capabilities(def->engine) & OM_ENGINE_TANGENT, OM_UNAVAILABLE,
+             "%s: organ: engine %s has no organ that deforms; leave out `deforms: both`",
+             om_scene_label(scene), def->engine->name);
+    const int last = def->nmaterial > 0 ? def->nmaterial : 1;
+    for (int k = 0; k < last; ++k) {
+        j->material[k] = def->nmaterial > 0 ? def->material[k] : def->material_default;
+        j->density[k] = def->nmaterial > 0 ? def->material_density[k] : def->density;
+    }
+    const OmSiteMaterial* organ = &site->soft_material;
+    j->material[last] =
+        (OmMaterial){.law = j->material[0].law, .young = organ->young, .poisson = organ->poisson};
+    j->density[last] = organ->density;
+    OM_TRY(om_tet_mesh_join(&site->mesh, &site->soft, &j->mesh));
+    for (int e = 0; e < j->mesh.ntet; ++e)
+        if (e >= site->mesh.ntet || last == 1)
+            j->mesh.tet_label[e] = e < site->mesh.ntet ? 0 : last;
+    OM_TRY(join_springs(site, j));
+    def->mesh = &j->mesh;
+    def->nown = site->mesh.nvert;
+    def->nmaterial = last + 1;
+    def->material = j->material;
+    def->material_density = j->density;
+    def->attachment_springs = j->spring;
+    return OM_OK;
+}
+
+// The tissue's own elements: they come first, also of quadratic ones.
+static void show_own(OmBodyModel* m) {
+    const OmTetMesh* all = om_tissue_mesh(m->tissue);
+    const int ntet = m->site->mesh.ntet + m->site->soft.ntet;
+    m->shown = *all;
+    m->nsub = ntet > 0 ? all->ntet / ntet : 1;
+    m->shown.ntet = m->nsub * m->site->mesh.ntet;
 }
 
 OmStatus om_body_model_create(const OmScene* scene, const OmSite* site, int nworker,
@@ -37,7 +107,11 @@ OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nwo
     def.solver.nworker = nworker;
     def.material_default.young *= factor;
     for (int k = 0; status == OM_OK && k < def.nmaterial; ++k) parts.material[k].young *= factor;
+    Joined joined = {.spring = NULL};
+    if (status == OM_OK) status = join_organ(scene, site, &def, &joined);
     if (status == OM_OK) status = om_tissue_create(&def, &m->tissue);
+    joined_done(&joined);
+    if (status == OM_OK) show_own(m);
     if (status == OM_OK) status = create_contact(scene, m);
     if (status < 0)
         om_body_model_destroy(m);

@@ -52,7 +52,9 @@ typedef struct SimWorld {
     OmSenseScene* sense;
     OmSurface tissue;  // boundary of the mesh
     int* tissue_vert;  // its vertices in the mesh
-    int tissue_id, roi_id;
+    int tissue_id;
+    OmAnatomyIds ids;
+    OmAnatomy* anatomy;
     OmCamera endoscope, rgbd;
     OmWindow window;  // of OM_OBSERVE_WINDOW
     OmWorldDamage damage;
@@ -61,6 +63,7 @@ typedef struct SimWorld {
 
 static void sim_destroy(OmWorld* world) {
     SimWorld* w = (SimWorld*)world;
+    om_anatomy_destroy(w->anatomy);
     om_body_destroy(w->body);
     om_sense_scene_destroy(w->sense);
     om_surface_done(&w->tissue);
@@ -225,11 +228,11 @@ static OmStatus add_tool(OmSenseScene* sense, Tool* tool) {
 static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
-    const OmTetMesh* mesh = om_tissue_mesh(om_body_tissue(w->body));
-    OM_TRY(om_tet_mesh_boundary(mesh, &w->tissue, &w->tissue_vert));
+    OM_TRY(om_tet_mesh_boundary(om_body_mesh(w->body), &w->tissue, &w->tissue_vert));
+    OM_TRY(om_anatomy_create(w->body, &w->anatomy));
     OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
-    OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
+    OM_TRY(om__world_add_anatomy(site, w->sense, &w->ids));
     for (int a = 0; a < w->head.narm; ++a) {
         OM_TRY(add_tool(w->sense, &w->tool[a]));
     }
@@ -244,6 +247,8 @@ static OmStatus build_sense(SimWorld* w) {
 static OmStatus refresh_sense(SimWorld* w) {
     if (!w->is_sense_stale) return OM_OK;
     om_sense_scene_update(w->sense, w->tissue_id, om_body_x(w->body), w->tissue_vert);
+    om_anatomy_move(w->anatomy, om_body_x(w->body));
+    om__world_move_anatomy(w->anatomy, w->ids, w->sense);
     for (int a = 0; a < w->head.narm; ++a) {
         Tool* tool = &w->tool[a];
         om_psm_surface_update(&tool->psm, w->now.arm[a].q, w->now.arm[a].jaw, &tool->surface);
@@ -345,8 +350,8 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
         obs->endoscope.camera = w->endoscope;
     }
     if (status == OM_OK && (what & OM_OBSERVE_VISIBILITY)) {
-        uint64_t ignore = om__world_roi_bit(w->roi_id);
-        status = om_sense_visibility(w->sense, &w->endoscope, w->site->roi_x, w->site->roi_n,
+        uint64_t ignore = om__world_roi_bit(w->ids.roi);
+        status = om_sense_visibility(w->sense, &w->endoscope, w->anatomy->roi_x, w->anatomy->roi_n,
                                      w->site->nroi, ignore, &obs->visibility);
     }
     if (status == OM_OK && has_picture) {

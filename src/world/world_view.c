@@ -32,17 +32,22 @@ static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
     return status;
 }
 
-OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, int* roi_id) {
-    *roi_id = -1;
+OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, OmAnatomyIds* ids) {
+    *ids = (OmAnatomyIds){-1, -1};
     if (site->roi.ntri > 0) {
         OmSenseLook look = om_sense_look(OM_PART_ROI);
-        OM_TRY(om_sense_scene_add(sense, &site->roi, &look, roi_id));
+        OM_TRY(om_sense_scene_add(sense, &site->roi, &look, &ids->roi));
     }
     if (site->has_ground) OM_TRY(add_board(site, sense));
     if (!site->has_organ) return OM_OK;
-    int id;
     OmSenseLook look = om_sense_look(OM_PART_ORGAN);
-    return om_sense_scene_add(sense, &site->organ, &look, &id);
+    return om_sense_scene_add(sense, &site->organ, &look, &ids->organ);
+}
+
+void om__world_move_anatomy(const OmAnatomy* anatomy, OmAnatomyIds ids, OmSenseScene* sense) {
+    if (!anatomy->moves) return;
+    if (ids.roi >= 0) om_sense_scene_update(sense, ids.roi, anatomy->roi->x, NULL);
+    if (ids.organ >= 0) om_sense_scene_update(sense, ids.organ, anatomy->organ->x, NULL);
 }
 
 // ---- a view without tools -----------------------------------------------------------------------------------
@@ -52,7 +57,9 @@ struct OmView {
     OmSenseScene* sense;
     OmSurface tissue;  // boundary of the mesh
     int* tissue_vert;  // its vertices in the mesh
-    int tissue_id, roi_id;
+    int tissue_id;
+    OmAnatomyIds ids;
+    OmAnatomy* anatomy;  // of a body; null: as the site has it
     OmCamera camera;
 };
 
@@ -67,7 +74,13 @@ static OmStatus create_view(const OmCamera* camera, const OmSite* site, const Om
 OmStatus om_view_create_of_body(const OmScene* scene, const OmBody* body, OmView** view) {
     const OmSite* site = om_body_site(body);
     OmCamera camera = om__world_camera(site, &scene->endoscope, -1);
-    return create_view(&camera, site, om_tissue_mesh(om_body_tissue(body)), view);
+    OM_TRY(create_view(&camera, site, om_body_mesh(body), view));
+    OmStatus status = om_anatomy_create(body, &(*view)->anatomy);
+    if (status < 0) {
+        om_view_destroy(*view);
+        *view = NULL;
+    }
+    return status;
 }
 
 OmStatus om__view_create(const OmCamera* camera, const OmSite* site, OmView** view) {
@@ -85,7 +98,7 @@ static OmStatus create_view(const OmCamera* camera, const OmSite* site, const Om
     OmStatus status = om_sense_scene_create(&v->sense);
     if (status == OM_OK) status = om_tet_mesh_boundary(mesh, &v->tissue, &v->tissue_vert);
     if (status == OM_OK) status = om_sense_scene_add(v->sense, &v->tissue, &look, &v->tissue_id);
-    if (status == OM_OK) status = om__world_add_anatomy(site, v->sense, &v->roi_id);
+    if (status == OM_OK) status = om__world_add_anatomy(site, v->sense, &v->ids);
     if (status < 0)
         om_view_destroy(v);
     else
@@ -95,6 +108,7 @@ static OmStatus create_view(const OmCamera* camera, const OmSite* site, const Om
 
 void om_view_destroy(OmView* v) {
     if (!v) return;
+    om_anatomy_destroy(v->anatomy);
     om_sense_scene_destroy(v->sense);
     om_surface_done(&v->tissue);
     om_free(v->tissue_vert);
@@ -102,11 +116,18 @@ void om_view_destroy(OmView* v) {
 }
 
 OmStatus om_view_look(OmView* v, const double* x, OmVisibility* visibility) {
+    const double *roi_x = v->site->roi_x, *roi_n = v->site->roi_n;
     if (x) om_sense_scene_update(v->sense, v->tissue_id, x, v->tissue_vert);
+    if (x && v->anatomy) {
+        om_anatomy_move(v->anatomy, x);
+        om__world_move_anatomy(v->anatomy, v->ids, v->sense);
+        roi_x = v->anatomy->roi_x;
+        roi_n = v->anatomy->roi_n;
+    }
     om_sense_scene_show(v->sense, v->tissue_id, x != NULL);
     OM_TRY(om_sense_scene_commit(v->sense));
-    return om_sense_count_visible(v->sense, &v->camera, v->site->roi_x, v->site->roi_n,
-                                  v->site->nroi, om__world_roi_bit(v->roi_id), visibility);
+    return om_sense_count_visible(v->sense, &v->camera, roi_x, roi_n, v->site->nroi,
+                                  om__world_roi_bit(v->ids.roi), visibility);
 }
 
 OmStatus om__view_render_bare(OmView* v, OmWindow window, OmPicture* picture) {

@@ -29,7 +29,8 @@ static inline Truth truth_init(Field* f, const OmCamera* camera) {
     OmSenseLook look = om_sense_look(OM_PART_TISSUE);
     assert_ok(om_sense_scene_add(scene, &t.tissue, &look, &id));
     assert_int_equal(id, 0);
-    assert_ok(om__world_add_anatomy(&f->site, scene, &id));
+    OmAnatomyIds ids;
+    assert_ok(om__world_add_anatomy(&f->site, scene, &ids));
     for (int a = 0; a < om_world_narm(f->world); ++a)
         assert_ok(om_sense_scene_add(scene, om_world_tool(f->world, a), &look, &id));
     t.first_tool = id + 1 - om_world_narm(f->world);
