@@ -163,7 +163,7 @@ OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,
 /// @return as om_tissue_eval_anchor
 OM_API OmStatus om_body_eval_anchor(const OmBody* body, int nvert, const int* vert,
                                     const double* stiffness, double* anchor);
-/// Nonzero where a vertex is attached now (nvert); valid until the body is destroyed.
+/// Nonzero where a vertex is attached now, also to an organ that deforms (nvert); valid until it is called again.
 OM_API const unsigned char* om_body_attached(const OmBody* body);
 /// Stiffness of the spring of each attached vertex now, N/m; 0: fixed, or not attached (nvert).
 OM_API const double* om_body_attachment_stiffness(const OmBody* body);

@@ -120,6 +120,8 @@ typedef struct OmSceneAttach {
     double stiffness;             // N/m per vertex; 0 (default) holds the vertices still
     // N/m^3: springs of this stiffness by area, in place of `stiffness`; default 0
     double foundation;
+    // The truth's springs hold on an organ that deforms, as a fascia does, not on fixed places; default false
+    bool on_organ;
 } OmSceneAttach;
 
 typedef enum OmBeliefKind {

@@ -160,6 +160,10 @@ static const OmYamlField attach_field[] = {
      .help = "lower corner of the box, task frame"},
     {"hi_mm", OM_YAML_VEC3, AT(OmSceneAttach, hi), .scale = MM, .group = MADE, .unit = "mm",
      .help = "upper corner of the box, task frame"},
+    {"on_organ", OM_YAML_BOOL, AT(OmSceneAttach, on_organ),
+     .group = IN(OM_SOURCE_PATIENT) | IN(OM_SOURCE_VOLUME),
+     .help =
+         "do the truth's springs hold on the organ, as a fascia does? It must deform; needs foundation or stiffness"},
     {"foundation", OM_YAML_DOUBLE, AT(OmSceneAttach, foundation), .min = 0, .max = 1e12,
      .unit = "N/m^3",
      .help = "stiffness by attached area (an elastic foundation), in place of `stiffness`"},

@@ -114,6 +114,16 @@ static OmStatus validate(const OmScene* s, const char* name) {
              "%s: model: world_edge_mm %g is outside its range, 0.5 to 50; leave it out for 0.7 of "
              "edge_mm",
              name, 1e3 * s->model.world_edge);
+    OM_CHECK(!s->attach.on_organ || s->organ.deforms != OM_ORGAN_RIGID, OM_INVALID,
+             "%s: attachments: on_organ needs an organ that gives way; set organ: deforms: truth",
+             name);
+    OM_CHECK(!s->attach.on_organ || s->attach.foundation > 0 || s->attach.stiffness > 0, OM_INVALID,
+             "%s: attachments: on_organ needs springs: give foundation (N/m^3) or stiffness (N/m)",
+             name);
+    OM_CHECK(!s->attach.on_organ || s->world.tear_strength <= 0, OM_UNAVAILABLE,
+             "%s: attachments: springs on the organ do not tear; leave out on_organ or "
+             "tear_strength",
+             name);
     const double* limit = s->monitor.limit;
     OM_CHECK(limit[0] < limit[1] && limit[1] < limit[2], OM_INVALID,
              "%s: monitor: limits_mm must ascend", name);

@@ -28,8 +28,9 @@ struct OmBody {
     OmBodyModel* own;      // the model if the body made it, or null
     OmBodyWork* own_work;  // as above
     Rest rest;
-    int nworker;  // of `own`
-    int nbad;     // steps that returned OM_NOT_CONVERGED
+    unsigned char* attached;  // with `bonded` of the model; null without it
+    int nworker;              // of `own`
+    int nbad;                 // steps that returned OM_NOT_CONVERGED
 };
 
 OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBody** body) {
@@ -39,6 +40,10 @@ OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBod
     b->model = model;
     b->work = work;
     OmStatus status = om_tissue_state_create(model->tissue, &b->state);
+    if (status == OM_OK && model->bonded) {
+        b->attached = om_alloc((size_t)om_tissue_mesh(model->tissue)->nvert, 1);
+        status = b->attached ? OM_OK : OM_NO_MEMORY;
+    }
     if (status < 0)
         om_body_destroy(b);
     else
@@ -87,6 +92,7 @@ OmStatus om_body_set_young(OmBody* b, const OmScene* scene, double factor) {
 void om_body_destroy(OmBody* b) {
     if (!b) return;
     om_tissue_state_destroy(b->state);
+    om_free(b->attached);
     om_body_work_destroy(b->own_work);
     om_body_model_destroy(b->own);
     om_free(b);
@@ -185,7 +191,13 @@ OmStatus om_body_eval_anchor(const OmBody* b, int nvert, const int* vert, const 
                              double* anchor) {
     return om_tissue_eval_anchor(b->model->tissue, b->state, nvert, vert, stiffness, anchor);
 }
-const unsigned char* om_body_attached(const OmBody* b) { return om_tissue_attached(b->state); }
+const unsigned char* om_body_attached(const OmBody* b) {
+    const unsigned char* fixed = om_tissue_attached(b->state);
+    if (!b->attached) return fixed;
+    memcpy(b->attached, fixed, (size_t)om_tissue_mesh(b->model->tissue)->nvert);
+    for (int i = 0; i < b->model->site->mesh.nvert; ++i) b->attached[i] |= b->model->bonded[i];
+    return b->attached;
+}
 const double* om_body_attachment_stiffness(const OmBody* b) {
     return om_tissue_attachment_stiffness(b->state);
 }

@@ -10,7 +10,9 @@ struct OmBodyModel {
     OmTissueModel* tissue;
     OmContact* contact;
     OmTetMesh shown;  // om_body_mesh; its arrays are those of `tissue`
-    int nsub;         // tetrahedra of `tissue` for each of the site's
+    // vertices that springs hold on the organ; null: none                       (nvert)
+    unsigned char* bonded;
+    int nsub;  // tetrahedra of `tissue` for each of the site's
 };
 
 struct OmBodyWork {

@@ -34,11 +34,13 @@ typedef struct Joined {
     OmMaterial material[OM_SITE_MATERIALS + 1];
     double density[OM_SITE_MATERIALS + 1];
     double* spring;  // N/m, of the set "attachment"
+    OmTissueBond* bond;
 } Joined;
 
 static void joined_done(Joined* j) {
     om_tet_mesh_done(&j->mesh);
     om_free(j->spring);
+    om_free(j->bond);
 }
 
 static OmStatus join_springs(const OmSite* site, Joined* j) {
@@ -53,7 +55,32 @@ static OmStatus join_springs(const OmSite* site, Joined* j) {
     return OM_OK;
 }
 
-static OmStatus join_organ(const OmScene* scene, const OmSite* site, OmTissueDef* def, Joined* j) {
+// The truth's attachments as springs to the organ: the tissue's part of the set, which comes first, leaves it.
+static OmStatus bond_to_organ(const OmSite* site, OmTissueDef* def, OmBodyModel* m, Joined* j) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    const int n = held ? held->nvert : 0;
+    if (n == 0) return OM_OK;
+    OM_ALLOC(j->bond, n);
+    OM_TRY(
+        om_tissue_make_bonds(&j->mesh, n, held->vert, site->mesh.ntet, j->mesh.ntet, 1, j->bond));
+    for (int k = 0; k < n; ++k) j->bond[k].stiffness = j->spring[k];
+    for (int s = 0; s < j->mesh.nset; ++s) {
+        OmMeshSet* set = &j->mesh.set[s];
+        if (strcmp(set->name, "attachment") != 0) continue;
+        set->nvert -= n;
+        memmove(set->vert, set->vert + n, (size_t)set->nvert * sizeof *set->vert);
+        memmove(j->spring, j->spring + n, (size_t)set->nvert * sizeof *j->spring);
+    }
+    def->nbond = n;
+    def->bond = j->bond;
+    m->bonded = om_calloc((size_t)site->mesh.nvert, 1);
+    if (!m->bonded) return OM_NO_MEMORY;
+    for (int k = 0; k < n; ++k) m->bonded[held->vert[k]] = 1;
+    return OM_OK;
+}
+
+static OmStatus join_organ(const OmScene* scene, OmTissueDef* def, OmBodyModel* m, Joined* j) {
+    const OmSite* site = m->site;
     if (site->soft.nvert == 0) return OM_OK;
     OM_CHECK(om_engine_capabilities(def->engine) & OM_ENGINE_TANGENT, OM_UNAVAILABLE,
              "%s: organ: engine %s has no organ that deforms; leave out `deforms: both`",
@@ -78,7 +105,8 @@ static OmStatus join_organ(const OmScene* scene, const OmSite* site, OmTissueDef
     def->material = j->material;
     def->material_density = j->density;
     def->attachment_springs = j->spring;
-    return OM_OK;
+    const bool is_bonded = scene->attach.on_organ && site->role == OM_SITE_WORLD;
+    return is_bonded ? bond_to_organ(site, def, m, j) : OM_OK;
 }
 
 // The tissue's own elements: they come first, also of quadratic ones.
@@ -108,7 +136,7 @@ OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nwo
     def.material_default.young *= factor;
     for (int k = 0; status == OM_OK && k < def.nmaterial; ++k) parts.material[k].young *= factor;
     Joined joined = {.spring = NULL};
-    if (status == OM_OK) status = join_organ(scene, site, &def, &joined);
+    if (status == OM_OK) status = join_organ(scene, &def, m, &joined);
     if (status == OM_OK) status = om_tissue_create(&def, &m->tissue);
     joined_done(&joined);
     if (status == OM_OK) show_own(m);
@@ -124,6 +152,7 @@ void om_body_model_destroy(OmBodyModel* m) {
     if (!m) return;
     om_contact_destroy(m->contact);
     om_tissue_destroy(m->tissue);
+    om_free(m->bonded);
     om_free(m);
 }
 
