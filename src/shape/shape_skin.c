@@ -133,10 +133,10 @@ double om_skin_eval(const OmSkinPlace* place, const OmSdf* sdf, double ring, OmV
             (om_sdf_eval(sdf, om_add(at, step), NULL) - om_sdf_eval(sdf, om_sub(at, step), NULL)) /
             (2 * ring);
     }
-    OmVec3 n = om_load3(g, 0);
+    OmVec3 n = om_normalize(om_load3(g, 0));
     OmMat3 back;
     if (om_mat3_inverse(place->F, &back) == OM_OK) n = om_mat3_apply_transposed(back, n);
-    double slope = om_norm(n);
+    double slope = om_norm(n);  // what is 1 m at rest is 1 / slope now
     *normal = slope > 0 ? om_scale(1 / slope, n) : om_vec3(0, 0, 1);
     return slope > 0 ? om_sdf_eval(sdf, at, NULL) / slope : 0;
 }
