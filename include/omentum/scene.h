@@ -384,6 +384,10 @@ typedef struct OmSite {
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                               OmSite* site);
 OM_API void om_site_done(OmSite* site);
+/// Make OmSite.soft where the scene wants an organ that deforms at the site's role: the last part of om_site_build, and
+/// for sites that were read.
+/// @return OM_OK; OM_INVALID (no organ lies under the tissue); OM_NO_MEMORY
+OM_API OmStatus om_site_mesh_organ(const OmScene* scene, OmSite* site);
 /// Young's modulus, Poisson's ratio, density and the stiffness of attachments of a site by a scene's numbers, which
 /// may have changed since the site was built.
 OM_API void om_site_set_numbers(const OmScene* scene, OmSite* site);

@@ -99,10 +99,12 @@ static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
 static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
                       Setup* s, bool* is_settled) {
     const OmScene* scene = def->scene;
-    if (replay)
+    if (replay) {
         OM_TRY(om__belief_load(replay->site, &s->twin_site));
-    else
+        OM_TRY(om_site_mesh_organ(scene, &s->twin_site));
+    } else {
         OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
+    }
     OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;

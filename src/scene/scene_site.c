@@ -137,7 +137,7 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
                           "triangle of the surface has all its corners among them); give stiffness "
                           "instead",
                           om_scene_label(scene), held->nvert);
-    if (status == OM_OK) status = om__site_mesh_organ(scene, site);
+    if (status == OM_OK) status = om_site_mesh_organ(scene, site);
     if (status < 0) om_site_done(site);
     return status;
 }

@@ -24,8 +24,6 @@ OmStatus om__site_measure_attachments(double total, OmSite* site);
 OmStatus om__site_measure_again(OmSite* site);
 // Stiffness of the attachments by the scene's numbers and the site's role.
 void om__site_set_stiffness(const OmScene* scene, OmSite* site);
-// The organ as a body that deforms, where the scene wants one for the site's role.
-OmStatus om__site_mesh_organ(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.
 OmVec3 om__scene_world_cells(const OmSceneTissue* tissue);
 double om__scene_world_edge(const OmSceneModel* model);

@@ -50,7 +50,7 @@ done:
     return status;
 }
 
-OmStatus om__site_mesh_organ(const OmScene* scene, OmSite* site) {
+OmStatus om_site_mesh_organ(const OmScene* scene, OmSite* site) {
     const OmSceneOrgan* o = &scene->organ;
     const bool is_world = site->role == OM_SITE_WORLD;
     if (o->deforms != OM_ORGAN_BOTH && !(is_world && o->deforms == OM_ORGAN_TRUTH)) return OM_OK;

@@ -247,6 +247,25 @@ static void test_tools_leave_the_body(void** state) {
     done(&s);
 }
 
+// A tool that starts at once drags the sheet by 4 mm in a step: places that were predicted are 4 mm beside those at the
+// end, where the ball is 0.2 mm lower.
+static void test_a_sudden_pull_follows_the_ball(void** state) {
+    (void)state;
+    Scene s;
+    start(&s, (Setting){.young = 1e6, .gap = 5e-5, .friction = 0.1, .nworker = 1});
+    step(&s, 6);
+    OmPose tip = {om_vec3(0.018, 0, 0.039), om_quat_identity()};
+    assert_ok(om_tissue_grasp(s.r.m, s.r.s, 0, tip, 0.008, NULL));
+    for (int n = 0; n < 3; ++n) {
+        tip.p.x += 0.004;
+        assert_ok(om_tissue_move_grasp(s.r.s, 0, tip));
+        OmContactReport report = step(&s, 1);
+        assert_true(report.ntouch > 10);
+        assert_below(report.self_penetration, 1e-5);
+    }
+    done(&s);
+}
+
 static OmStatus create(void* ctx) {
     Scene* s = ctx;
     OmContactDef def = om_contact_default_def();
@@ -286,6 +305,7 @@ int main(void) {
         cmocka_unit_test(test_friction),
         cmocka_unit_test(test_the_state_alone_decides),
         cmocka_unit_test(test_tools_leave_the_body),
+        cmocka_unit_test(test_a_sudden_pull_follows_the_ball),
         cmocka_unit_test(test_what_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
