@@ -1,11 +1,14 @@
 // bench_self.c: a step of tissue in contact with itself: a sheet of 100 x 60 x 5 mm, 819 vertices of quadratic
 // elements, that is carried over in a half circle and then lies on itself; and fat of 1,936 vertices on a soft body of
-// 3,072, at rest and while a tool pulls the fat along the body.
+// 3,072, at rest and while a tool pulls the fat along the body: by the faces of both meshes, and by a smooth surface
+// that rides on the body.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench.h"
+
+#include "omentum/shape_sdf.h"
 
 #define H 0.02
 
@@ -17,7 +20,8 @@ typedef struct Pile {
     OmContactWork* contact_work;
 } Pile;
 
-static OmStatus make_pile(const OmTetMesh* mesh, OmTissueElement element,
+// With a skin the contact is that of `skin`, without that of all surfaces.
+static OmStatus make_pile(const OmTetMesh* mesh, OmTissueElement element, const OmContactSkin* skin,
                           const BenchOptions* options, Pile* p) {
     OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
     def.element = element;
@@ -29,8 +33,10 @@ static OmStatus make_pile(const OmTetMesh* mesh, OmTissueElement element,
     OmTissueObstacle board = om_plane_obstacle(&plane);
     OmContactDef contact = om_contact_default_def();
     contact.nobstacle = 1, contact.obstacle = &board;
-    contact.self_contact = true;
-    contact.self_friction = 0.3;
+    contact.self_contact = !skin;
+    contact.self_friction = contact.friction = 0.3;
+    contact.nskin = skin != NULL;
+    contact.skin = skin;
     OM_TRY(om_contact_create(&contact, p->model, &p->contact));
     return om_contact_work_create(p->contact, &p->contact_work);
 }
@@ -117,7 +123,7 @@ static OmStatus bench_fold(const BenchOptions* options) {
     OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.1, 0.06, 0.005), 10, 6, 1, &mesh));
     OmStatus status = OM_OK;
     OM_TRY_DONE(attach_low(&mesh, 0));
-    OM_TRY_DONE(make_pile(&mesh, OM_ELEMENT_QUADRATIC, options, &p));
+    OM_TRY_DONE(make_pile(&mesh, OM_ELEMENT_QUADRATIC, NULL, options, &p));
     begin = om_alloc(1, om_tissue_state_size(p.model));
     if (!begin) {
         status = OM_NO_MEMORY;
@@ -161,8 +167,18 @@ static OmPose along(int n) {
     return tip;
 }
 
-static OmStatus bench_fat(const BenchOptions* options) {
+// Of the body of 60 x 60 x 30 mm.
+static double block_fn(void* ctx, OmVec3 p) {
+    (void)ctx;
+    OmVec3 d = om_sub(p, om_vec3(0.03, 0.03, 0.015));
+    double x = fabs(d.x) - 0.03, y = fabs(d.y) - 0.03, z = fabs(d.z) - 0.015;
+    OmVec3 out = om_vec3(fmax(x, 0), fmax(y, 0), fmax(z, 0));
+    return om_norm(out) + fmin(0, fmax(x, fmax(y, z)));
+}
+
+static OmStatus bench_fat(bool has_skin, const BenchOptions* options) {
     OmTetMesh mesh, fat;
+    OmSdf sdf = {0};
     Pile p = {0};
     void* begin = NULL;
     OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.03), 15, 15, 11, &mesh));
@@ -174,15 +190,21 @@ static OmStatus bench_fat(const BenchOptions* options) {
     }
     OM_TRY_DONE(status);
     OM_TRY_DONE(attach_low(&mesh, 2));
-    OM_TRY_DONE(make_pile(&mesh, OM_ELEMENT_LINEAR, options, &p));
+    OmSdfDef field = om_sdf_default_def(0.002);
+    OM_TRY_DONE(om_sdf_from_function(block_fn, NULL, om_vec3(-0.01, -0.01, -0.01),
+                                     om_vec3(0.07, 0.07, 0.04), &field, &sdf));
+    OmContactSkin skin = {&sdf, 0, 16 * 16 * 12};
+    OM_TRY_DONE(make_pile(&mesh, OM_ELEMENT_LINEAR, has_skin ? &skin : NULL, options, &p));
     begin = om_alloc(1, om_tissue_state_size(p.model));
     if (!begin) {
         status = OM_NO_MEMORY;
         goto done;
     }
     memcpy(begin, p.state, om_tissue_state_size(p.model));
-    BenchRow row = {
-        .scene = "fat 21x21x3 on a body 15x15x11", .work = "coming to rest", .goal_ms = 16.7};
+    BenchRow row = {.scene = has_skin ? "fat 21x21x3 on a skin of 15x15x11"
+                                      : "fat 21x21x3 on a body 15x15x11",
+                    .work = "coming to rest",
+                    .goal_ms = 16.7};
     OM_TRY_DONE(measure(&p, begin, NULL, 50, row, options));
     row.work = "at rest";
     OM_TRY_DONE(measure(&p, begin, NULL, 30, row, options));
@@ -193,6 +215,7 @@ static OmStatus bench_fat(const BenchOptions* options) {
     OM_TRY_DONE(measure(&p, begin, along, 50, row, options));
 done:
     om_free(begin);
+    om_sdf_done(&sdf);
     done_pile(&p);
     om_tet_mesh_done(&mesh);
     return status;
@@ -200,5 +223,6 @@ done:
 
 OmStatus bench_self(const BenchOptions* options) {
     OM_TRY(bench_fold(options));
-    return bench_fat(options);
+    OM_TRY(bench_fat(false, options));
+    return bench_fat(true, options);
 }

@@ -39,7 +39,7 @@ OM_API void om_skin_destroy(OmSkin* skin);
 /// New positions of the vertices, in O(n). No query may run meanwhile.
 /// @param x  m, finite (nvert x 3)
 OM_API void om_skin_move(OmSkin* skin, const double* x);
-/// The place of a point near the coarse surface as it is now.
+/// The place of a point that is near the moved coarse surface.
 /// @return false: the surface is farther than max_distance, or it is flattened there
 OM_API bool om_skin_find(const OmSkin* skin, OmVec3 p, double max_distance, OmSkinPlace* place);
 /// Bind a point that is known at rest: om_skin_put then says where it is. To be called before the first
@@ -48,7 +48,7 @@ OM_API void om_skin_bind(const OmSkin* skin, OmVec3 rest, OmSkinPlace* place);
 /// Where a bound point is now; of a unit vector at rest, say a normal, `turn` is the rotation and stretch.
 /// @param turn  out: F; may be null
 OM_API OmVec3 om_skin_put(const OmSkin* skin, const OmSkinPlace* bound, OmMat3* turn);
-/// Distance of a found place from the zero level of a field at rest, as it is carried, and the unit normal now. The
+/// Distance of a found place from the zero level of a field at rest, which the skin carries, and the unit normal now. The
 /// field's gradient is a difference over `ring` on both sides: that of a sampled field jumps from cell to cell.
 /// @param ring  m, above 0
 OM_API double om_skin_eval(const OmSkinPlace* place, const OmSdf* sdf, double ring, OmVec3* normal);

@@ -65,7 +65,7 @@ bool om__pair_take_solution(OmPairSums* sums, OmSelfPair* pair, double mu, const
                             const double* end, double h);
 void om__pair_activate(OmPairSums* sums, OmSelfPair* pair);
 void om__pair_release(OmPairSums* sums, OmSelfPair* pair);
-/// Pairs that changed: without those that stick and slip by turns, where their sum is right.
+/// Pairs that changed: without pairs that stick and slip by turns, where their sum is right.
 int om__pairs_count_changes(const OmPairSums* sums, int nchange);
 void om__pairs_begin_line(int npair, OmSelfPair* pair, const OmTissueState* state,
                           const double* last, const double* increment, double h,

@@ -1,6 +1,5 @@
-// test_contact_skin.c: tissue on a body whose smooth surface rides on its mesh. Where the body is stiff, the tissue lies
-// as on a rigid organ of the same surface; the body feels what lies on it; facets are not felt; the state alone
-// decides.
+// test_contact_skin.c: tissue on a body whose smooth surface rides on its mesh. On a stiff body the tissue lies as on a
+// rigid organ of the same surface; the body feels what lies on it; facets are not felt; the state alone decides.
 #include "self_rig.h"
 #include "test_alloc.h"
 
@@ -217,7 +216,7 @@ static void test_the_state_alone_decides(void** state) {
         start(&s,
               (Setting){.young = 10000, .gap = 5e-4, .friction = 0.3, .nworker = k == 1 ? 2 : 1});
         step(&s, 4);
-        if (k == 2) {  // a new work goes on from the same state
+        if (k == 2) {  // a new work continues from the same state
             om_contact_work_destroy(s.r.cw);
             om_tissue_work_destroy(s.r.w);
             assert_ok(om_tissue_work_create(s.r.m, &s.r.w));
