@@ -48,8 +48,8 @@ OM_API void om_skin_bind(const OmSkin* skin, OmVec3 rest, OmSkinPlace* place);
 /// Where a bound point is now; of a unit vector at rest, say a normal, `turn` is the rotation and stretch.
 /// @param turn  out: F; may be null
 OM_API OmVec3 om_skin_put(const OmSkin* skin, const OmSkinPlace* bound, OmMat3* turn);
-/// Distance of a found place from the zero level of a field at rest, which the skin carries, and the unit normal now. The
-/// field's gradient is a difference over `ring` on both sides: that of a sampled field jumps from cell to cell.
+/// Distance of a found place from the zero level of a field at rest, which the skin carries, and the unit normal now.
+/// The field's gradient is a difference over `ring` on both sides: that of a sampled field jumps from cell to cell.
 /// @param ring  m, above 0
 OM_API double om_skin_eval(const OmSkinPlace* place, const OmSdf* sdf, double ring, OmVec3* normal);
 

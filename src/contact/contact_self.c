@@ -18,18 +18,18 @@
 #include "base/base_grow.h"
 #include "contact/contact_internal.h"
 
-#define RELEASE 1e-8       // of the model's size: gap at which an active pair is released
-#define ACTIVATE 1e-6      // of the model's size: penetration at which a free pair becomes active
-#define SAME_GAP 0.01      // of the thickness: error of closest points that are taken anew
-#define SAME_ANGLE 0.02    // rad, the same of the normal
-#define FREEZE_GAP 0.1     // of the thickness: the same in the second half of the iterations
-#define SLACK 0.5          // of the thickness: difference of a path from its prediction
-#define FACING 0.5         // cosine: a vertex whose surface looks further away is not in contact
-#define REST_SHARE 0.8     // of the distance at rest, which neighbours in one body may keep
-#define LEAST_WAY 0.1      // of the thickness, that paths keep
-#define CAUGHT 0.2             // of the thickness, that a pair keeps whose path led through the other side
+#define RELEASE 1e-8     // of the model's size: gap at which an active pair is released
+#define ACTIVATE 1e-6    // of the model's size: penetration at which a free pair becomes active
+#define SAME_GAP 0.01    // of the thickness: error of closest points that are taken anew
+#define SAME_ANGLE 0.02  // rad, the same of the normal
+#define FREEZE_GAP 0.1   // of the thickness: the same in the second half of the iterations
+#define SLACK 0.5        // of the thickness: difference of a path from its prediction
+#define FACING 0.5       // cosine: a vertex whose surface looks further away is not in contact
+#define REST_SHARE 0.8   // of the distance at rest, which neighbours in one body may keep
+#define LEAST_WAY 0.1    // of the thickness, that paths keep
+#define CAUGHT 0.2  // of the thickness, that a pair keeps whose path led through the other side
 #define HOLD_BACK (1.0 / 8)  // of a step: in shorter ones a tool that would pass stands still
-#define LAST (1.5 / 1024)  // of a step: a shorter substep cannot be cut (tissue_step.c)
+#define LAST (1.5 / 1024)    // of a step: a shorter substep cannot be cut (tissue_step.c)
 
 static int compare(const int a[3], const int b[3]) {
     for (int k = 0; k < 3; ++k)
