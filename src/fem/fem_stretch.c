@@ -121,8 +121,8 @@ OM__INLINE I16 is_positive(const V16 H[6]) {
 // ---- laws ---------------------------------------------------------------------------------------------------
 
 // `shape` of the laws is 1, or 0 for the wide part of a law, which has lambda alone: its H is singular at rest, and in
-// tension its geometric stiffness is below zero. Where tangents are projected (not `keeps`), that is left out, and
-// under pressure it is kept if H is positive definite.
+// tension its geometric stiffness is below zero. Where tangents are projected (not `keeps`), that is left out, as is a
+// U'' below zero, and under pressure it is kept if H is positive definite.
 //
 // W = shape I1 / 2 + U(J): stress and tangent from U' and U''.
 OM__INLINE void by_volume(const V16 F[9], float shape, bool keeps, V16 dU, V16 ddU, V16 dU_stress,
@@ -131,6 +131,7 @@ OM__INLINE void by_volume(const V16 F[9], float shape, bool keeps, V16 dU, V16 d
     V16 c[3] = {s[1] * s[2], s[2] * s[0], s[0] * s[1]}, cof[9];
     I16 is_pressed = dU < -PRESSED;
     V16 geometric = keeps ? dU : select16(is_pressed, dU, splat16(0));
+    if (!keeps) ddU = max16(ddU, splat16(0));  // U of neo-Hookean is concave beyond J = e
     for (int k = 0; k < 3; ++k) {
         f->H[k] = shape + ddU * c[k] * c[k];
         f->H[3 + k] = ddU * c[(k + 1) % 3] * c[(k + 2) % 3] + geometric * s[k];
@@ -191,7 +192,7 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Fr
 }
 
 // Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double. That of a wide part is
-// singular at rest, and positive semidefinite by its law.
+// singular at rest, and positive semidefinite as its law made it.
 OM__INLINE void project(Frame* f, bool is_wide) {
     for (int k = 0; k < 3; ++k) {
         V16 flip = max16(f->own[k] + f->cross[k], splat16(0)),
