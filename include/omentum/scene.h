@@ -35,6 +35,12 @@ typedef enum OmTissueSource {
     OM_SOURCE_VOLUME    // the same, built from a segmented CT by the scene's own settings
 } OmTissueSource;
 
+typedef enum OmSceneWhere {  // of a part of the physics that twin or truth may leave out
+    OM_IN_NONE,
+    OM_IN_TRUTH,  // in the simulated truth alone
+    OM_IN_BOTH    // in the twin, too
+} OmSceneWhere;
+
 typedef struct OmSceneTissue {
     // Engine of the twin, by its name in OmScene.engines; default "fem". The simulated truth has finite elements.
     char engine[OM_SCENE_NAME];
@@ -53,9 +59,9 @@ typedef struct OmSceneTissue {
     OmTissueElement element;  // of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
-    // Tissue may not pass through itself, where finite elements or another engine with a matrix simulate it; default
-    // false
-    bool self_contact;
+    // Where tissue may not pass through itself, of finite elements or another engine with a matrix; OmSceneWhere,
+    // default OM_IN_NONE
+    int self_contact;
     double self_thickness;  // m, distance that it keeps; default 0: a tenth of the mean edge
     // Coulomb's, tissue on tissue; default below 0: `friction`, none where that is not given
     double self_friction;
@@ -91,14 +97,8 @@ typedef struct OmSceneModel {  // how a patient model is built from a volume; se
     double attach_turn;   // rad
 } OmSceneModel;
 
-typedef enum OmOrganKind {
-    OM_ORGAN_RIGID,  // in twin and truth
-    OM_ORGAN_TRUTH,  // it deforms in the simulated truth; the twin's is rigid
-    OM_ORGAN_BOTH    // it deforms in both
-} OmOrganKind;
-
 typedef struct OmSceneOrgan {  // the organ under the tissue of a patient or a volume
-    int deforms;               // OmOrganKind; default OM_ORGAN_RIGID
+    int deforms;               // where it does, OmSceneWhere; default OM_IN_NONE: it is rigid
     double edge;  // m, mean edge of its mesh; its surface stays that of the CT; default 10 mm
     // Pa, 1, kg/m^3; default 10000, 0.45 and 1050: a healthy kidney (Ruan et al. 2023, Insights Imaging 14:135)
     double young, poisson, density;
@@ -335,6 +335,11 @@ typedef enum OmSiteRole {
     OM_SITE_TWIN,  // the belief of the robot: coarse enough for real time
     OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh
 } OmSiteRole;
+
+/// True if a part of the physics (OmSceneWhere) belongs to the site of this role.
+static inline bool om_scene_has(int where, OmSiteRole role) {
+    return where == OM_IN_BOTH || (where == OM_IN_TRUTH && role == OM_SITE_WORLD);
+}
 
 typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label
     char name[64];

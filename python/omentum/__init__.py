@@ -20,7 +20,7 @@ from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemor
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
 from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
-from .contact import Contact, ContactReport
+from .contact import Contact, ContactReport, Skin
 from .ct import CT_LABELS, label_ct, make_ct
 from .check import check_engine
 from .engine import Engine, EngineStep

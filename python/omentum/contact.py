@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _capi as c
 from ._lib import Closed, Handle, Owner, create, forget_message, lib, message_of, outcome
+from .mesh import Surface
 from .tissue import Tissue
 
 
@@ -41,6 +42,25 @@ class ContactReport:
     tissue: c.OmTissueReport = field(repr=False)
 
 
+@dataclass
+class Skin:
+    """The smooth surface of a body of the mesh, which rides on the body: OmContactSkin.
+
+    surface: closed, of the body at rest. vert: (first, end) of the body's vertices in the tissue's mesh. spacing: m, grid of its
+    distance field.
+    """
+
+    surface: Surface
+    vert: tuple[int, int]
+    spacing: float
+
+    def _field(self) -> Handle:
+        raw = c.OmSdf()
+        definition = lib.om_sdf_default_def(self.spacing)
+        lib.om_sdf_from_surface(ctypes.byref(self.surface._as_c()), ctypes.byref(definition), ctypes.byref(raw))
+        return Handle(ctypes.pointer(raw), lib.om_sdf_done)
+
+
 class Contact(Owner):
     """Contact of a tissue: step() is a step of the tissue with it.
 
@@ -50,9 +70,11 @@ class Contact(Owner):
         contact.body_force(0, 1)                            # N, of body 1 on body 0: bodies are the pieces of the mesh
     """
 
-    def __init__(self, tissue: Tissue, planes: Iterable[tuple[Any, Any]] = (), **fields: Any) -> None:
-        """planes: (point, normal towards the free side) of each. fields of OmContactDef: self_contact, self_thickness (m),
-        self_friction, friction, offset (m), stiffness, recover_speed (m/s), max_iterations."""
+    def __init__(self, tissue: Tissue, planes: Iterable[tuple[Any, Any]] = (), skins: Iterable[Skin] = (),
+                 **fields: Any) -> None:
+        """planes: (point, normal towards the free side) of each. skins: smooth surfaces of bodies of the mesh. fields of
+        OmContactDef: self_contact, self_thickness (m), self_friction, friction, offset (m), stiffness, recover_speed (m/s),
+        max_iterations."""
         definition = lib.om_contact_default_def()
         planes = list(planes)
         raw = (c.OmContactPlane * max(1, len(planes)))()
@@ -61,10 +83,16 @@ class Contact(Owner):
             raw[k].point, raw[k].normal = point, normal
             obstacles[k] = lib.om_plane_obstacle(ctypes.byref(raw[k]))
         definition.nobstacle, definition.obstacle = len(planes), obstacles
+        skins = list(skins)
+        kept = [skin._field() for skin in skins]
+        raw_skins = (c.OmContactSkin * max(1, len(skins)))()
+        for k, skin in enumerate(skins):
+            raw_skins[k].sdf, (raw_skins[k].vert_begin, raw_skins[k].vert_end) = kept[k].address, skin.vert
+        definition.nskin, definition.skin = len(skins), raw_skins
         definition.assign(fields)
         self._tissue = tissue
         address = create(lib.om_contact_create, ctypes.byref(definition), tissue._model_c)
-        self._made: Handle | None = Handle(address, lib.om_contact_destroy, tissue._model)
+        self._made: Handle | None = Handle(address, lib.om_contact_destroy, tissue._model, *kept)
         self._handle = Handle(create(lib.om_contact_work_create, address), lib.om_contact_work_destroy, self._made)
 
     def close(self) -> None:
@@ -103,7 +131,8 @@ class Contact(Owner):
 
     @property
     def body(self) -> np.ndarray:
-        """The body of each vertex: pieces of the mesh in the order of their first vertices (nvert); -1 without self_contact."""
+        """The body of each vertex: pieces of the mesh in the order of their first vertices (nvert); -1 without self_contact and
+        skins."""
         if self._made is None:
             raise Closed("this Contact is closed")
         made = self._made.address

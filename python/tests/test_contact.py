@@ -50,6 +50,28 @@ def test_without_self_contact(alive):
         om.Contact(tissue, self_contact=True, self_friction=-1)
 
 
+def test_a_skin_carries_a_sheet(alive):
+    """A sheet on a block whose skin is 1 mm higher than its mesh: it rests at the skin, and the block feels it."""
+    block = om.TetMesh.box((0.04, 0.04, 0.02), (4, 4, 2))
+    sheet = om.TetMesh.box((0.02, 0.02, 0.004), (4, 4, 1), (0.01, 0.01, 0.0212))
+    higher = om.TetMesh.box((0.04, 0.04, 0.021), (1, 1, 1)).boundary()[0]
+    block.sets["attachment"] = np.flatnonzero(block.x[:, 2] < 1e-6)
+    tissue = om.Tissue(sheet.joined(block), element="linear", nown=len(sheet.x), solver={"nworker": 1})
+    end = len(sheet.x) + len(block.x)
+    skin = om.Skin(higher, (len(sheet.x), end), 0.001)
+    contact = om.Contact(tissue, skins=[skin], friction=0.3)
+    for _ in range(40):
+        report = contact.step(0.02)
+    weight = 1000 * sheet.volume * 9.81
+    assert contact.body_force(0, 1)[2] == pytest.approx(weight, rel=1e-2)
+    under = tissue.x[:len(sheet.x)][sheet.x[:, 2] < 0.0213, 2]
+    top = tissue.x[len(sheet.x):][(block.x == [0.02, 0.02, 0.02]).all(axis=1), 2]
+    assert under.mean() == pytest.approx(top[0] + 0.001, abs=1e-4)  # the block has sunk by its weight
+    assert report.self_penetration < 1e-5 and report.ntouch > 10
+    with pytest.raises(om.Invalid, match="skin"):
+        om.Contact(tissue, skins=[om.Skin(higher, (0, end + 1), 0.001)])
+
+
 def test_bonds_hold_a_body(alive):
     """A block hangs on another one, which is held; the tissue is pickled with its bonds."""
     held = om.TetMesh.box((0.02, 0.02, 0.01), (2, 2, 1), (0, 0, 0.02))

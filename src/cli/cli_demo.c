@@ -117,7 +117,7 @@ static OmStatus make_scene(Demo* d) {
     snprintf(s->tissue.file, sizeof s->tissue.file, "model/patient.yaml");
     s->tissue.view = om_vec3(0, 0, -1);
     s->attach.kind = OM_ATTACH_SET;
-    s->organ.deforms = OM_ORGAN_TRUTH;
+    s->organ.deforms = OM_IN_TRUTH;
     s->believed.kind = OM_BELIEF_BOX;
     s->believed.lo = om_vec3(0.012, -0.1, -0.1);  // the side away from the endoscope
     s->believed.hi = om_vec3(0.1, 0.1, 0.1);

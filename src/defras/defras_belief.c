@@ -24,7 +24,7 @@ static void forget_truth(OmScene* s) {
     s->tissue.world_cells = none.tissue.world_cells;
     s->model = none.model;
     s->attach = none.attach;
-    if (s->organ.deforms == OM_ORGAN_TRUTH) s->organ = none.organ;
+    if (s->organ.deforms == OM_IN_TRUTH) s->organ = none.organ;
     s->believed = none.believed;
     s->believed_roi = none.believed_roi;
     s->registration = none.registration;

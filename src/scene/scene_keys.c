@@ -26,6 +26,9 @@ _Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
 static const char* const element_name[] = {"linear", "quadratic", NULL};
 _Static_assert(COUNT(element_name) == OM_NTISSUE_ELEMENT + 1, "every element has a name");
 
+// In the order of OmSceneWhere.
+static const char* const where_name[] = {"no", "truth", "both", NULL};
+
 static const OmYamlField tissue_field[] = {
     {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = om__scene_source_name,
      .is_required = true,
@@ -62,8 +65,9 @@ static const OmYamlField tissue_field[] = {
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
      .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
-    {"self_contact", OM_YAML_BOOL, AT(OmSceneTissue, self_contact),
-     .help = "may tissue not pass through itself? Needs `engine: fem`; the simulated truth has it"},
+    {"self_contact", OM_YAML_ENUM, AT(OmSceneTissue, self_contact), .name = where_name,
+     .help =
+         "may tissue not pass through itself: nowhere, in the simulated truth, or in the twin, too (`engine: fem`)?"},
     {"self_thickness_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, self_thickness), .min = 0, .max = 20,
      .scale = MM, .unit = "mm",
      .help = "distance that surfaces of the tissue keep; 0: a tenth of the mean edge"},
@@ -127,11 +131,8 @@ static const OmYamlField model_field[] = {
 };
 static const OmYamlSchema model_schema = {"model", model_field, COUNT(model_field), NULL};
 
-// In the order of OmOrganKind.
-static const char* const deforms_name[] = {"no", "truth", "both", NULL};
-
 static const OmYamlField organ_field[] = {
-    {"deforms", OM_YAML_ENUM, AT(OmSceneOrgan, deforms), .name = deforms_name,
+    {"deforms", OM_YAML_ENUM, AT(OmSceneOrgan, deforms), .name = where_name,
      .help =
          "does the organ under the tissue give way: nowhere, in the simulated truth, or in the twin, too?"},
     {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneOrgan, edge), .min = 1, .max = 50, .scale = MM,

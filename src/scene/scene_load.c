@@ -114,7 +114,7 @@ static OmStatus validate(const OmScene* s, const char* name) {
              "%s: model: world_edge_mm %g is outside its range, 0.5 to 50; leave it out for 0.7 of "
              "edge_mm",
              name, 1e3 * s->model.world_edge);
-    OM_CHECK(!s->attach.on_organ || s->organ.deforms != OM_ORGAN_RIGID, OM_INVALID,
+    OM_CHECK(!s->attach.on_organ || s->organ.deforms != OM_IN_NONE, OM_INVALID,
              "%s: attachments: on_organ needs an organ that gives way; set organ: deforms: truth",
              name);
     OM_CHECK(!s->attach.on_organ || s->attach.foundation > 0 || s->attach.stiffness > 0, OM_INVALID,

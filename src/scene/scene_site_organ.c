@@ -52,8 +52,7 @@ done:
 
 OmStatus om_site_mesh_organ(const OmScene* scene, OmSite* site) {
     const OmSceneOrgan* o = &scene->organ;
-    const bool is_world = site->role == OM_SITE_WORLD;
-    if (o->deforms != OM_ORGAN_BOTH && !(is_world && o->deforms == OM_ORGAN_TRUTH)) return OM_OK;
+    if (!om_scene_has(o->deforms, site->role)) return OM_OK;
     OM_CHECK(site->has_organ, OM_INVALID, "%s: organ: no organ lies under the tissue",
              om_scene_label(scene));
     site->soft_material = (OmSiteMaterial){"organ", o->young, o->poisson, o->density};

@@ -13,7 +13,7 @@ static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
     def.friction = has_own ? scene->world.friction : scene->tissue.friction;
     OmContactPlane board = {site->pose_world_task.p,
                             om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
-    def.self_contact = scene->tissue.self_contact &&
+    def.self_contact = om_scene_has(scene->tissue.self_contact, site->role) &&
                        (om_engine_capabilities(om_tissue_engine(m->tissue)) & OM_ENGINE_TANGENT);
     def.self_thickness = scene->tissue.self_thickness;
     def.self_friction = fmax(0, scene->tissue.self_friction < 0 ? scene->tissue.friction

@@ -41,7 +41,7 @@ static int remove_patient(void** unused) {
     return om_path_remove(folder) == OM_OK ? 0 : 1;
 }
 
-static OmScene ball_scene(OmOrganKind deforms) {
+static OmScene ball_scene(OmSceneWhere deforms) {
     OmScene s = om_scene_default();
     snprintf(s.name, sizeof s.name, "ball");
     s.tissue.source = OM_SOURCE_PATIENT;
@@ -70,7 +70,7 @@ static void test_sites(void** state) {
     static const bool has[3][2] = {{false, false}, {false, true}, {true, true}};
     for (int kind = 0; kind < 3; ++kind)
         for (int role = 0; role < 2; ++role) {
-            OmScene s = ball_scene((OmOrganKind)kind);
+            OmScene s = ball_scene((OmSceneWhere)kind);
             OmSite site;
             assert_ok(om_site_build(&s, role ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &site));
             assert_int_equal(site.soft.nvert > 0, has[kind][role]);
@@ -121,7 +121,7 @@ static void step(OmBody* body, int n) {
 static void test_the_organ_carries_the_fat(void** state) {
     (void)state;
     Field f;
-    setup(&f, ball_scene(OM_ORGAN_TRUTH));
+    setup(&f, ball_scene(OM_IN_TRUTH));
     step(f.body, 40);
     const OmTissueModel* tissue = om_body_tissue(f.body);
     const OmTetMesh *all = om_tissue_mesh(tissue), *shown = om_body_mesh(f.body);
@@ -169,7 +169,7 @@ static void test_anatomy_rides(void** state) {
         OmAnatomy* a;
         OmVisibility before, after;
         OmView* view;
-        setup(&f, ball_scene(kind ? OM_ORGAN_TRUTH : OM_ORGAN_RIGID));
+        setup(&f, ball_scene(kind ? OM_IN_TRUTH : OM_IN_NONE));
         assert_ok(om_anatomy_create(f.body, &a));
         assert_int_equal(a->moves, kind);
         assert_ok(om_view_create_of_body(&f.scene, f.body, &view));
@@ -210,7 +210,7 @@ static void test_anatomy_rides(void** state) {
 static void test_attachments(void** state) {
     (void)state;
     Field f;
-    OmScene s = ball_scene(OM_ORGAN_TRUTH);
+    OmScene s = ball_scene(OM_IN_TRUTH);
     s.attach.on_organ = true;
     s.attach.foundation = 1e7;
     setup(&f, s);
@@ -242,7 +242,7 @@ static void test_attachments(void** state) {
     assert_true(om_dot(moved, up) > 1e-4);
     teardown(&f);
 
-    setup(&f, ball_scene(OM_ORGAN_TRUTH));
+    setup(&f, ball_scene(OM_IN_TRUTH));
     int one = 0;
     assert_ok(om_body_set_attachment(f.body, 1, &one, NULL, NULL));
     attached = om_body_attached(f.body);
@@ -263,7 +263,7 @@ static void test_attachments(void** state) {
 static void test_snapshot(void** state) {
     (void)state;
     Field f;
-    setup(&f, ball_scene(OM_ORGAN_TRUTH));
+    setup(&f, ball_scene(OM_IN_TRUTH));
     step(f.body, 3);
     void* block = om_alloc(om_body_state_size(f.body), 1);
     om_body_save(f.body, block);
@@ -298,7 +298,7 @@ static void test_what_is_refused(void** state) {
         assert_non_null(strstr(om_error_message(), bad[k].says));
     }
     // particles have no organ that deforms
-    OmScene s = ball_scene(OM_ORGAN_BOTH);
+    OmScene s = ball_scene(OM_IN_BOTH);
     OmSite site;
     OmBody* body;
     snprintf(s.tissue.engine, sizeof s.tissue.engine, "pbd");
@@ -325,7 +325,7 @@ static OmStatus create_all(void* ctx) {
 
 static void test_allocations(void** state) {
     (void)state;
-    OmScene s = ball_scene(OM_ORGAN_TRUTH);
+    OmScene s = ball_scene(OM_IN_TRUTH);
     OmSite site;
     s.attach.on_organ = true;
     s.attach.foundation = 1e7;
