@@ -181,6 +181,9 @@ OM_API const double* om_body_x(const OmBody* body);
 /// Forces of the last step.
 /// @return OM_OK; errors of om_tissue_get_forces
 OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
+/// Force of contact on each vertex of om_body_tissue in the last step, by ground, organ and other tissue, N
+/// (nvert x 3); valid until the next step.
+OM_API const double* om_body_contact_force(const OmBody* body);
 /// Force on each vertex by tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; errors of om_tissue_get_holding_force
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);

@@ -194,6 +194,7 @@ void om_recorder_destroy(OmRecorder* rec) {
     if (!rec) return;
     om_recording_abort(rec->recording);
     om_anatomy_destroy(rec->anatomy);
+    om__record_contact_done(&rec->contact);
     om_folder_end(&rec->folder);
     for (int i = 0; i < rec->nframe; ++i) {
         om_picture_done(&rec->frame[i].picture);
@@ -214,6 +215,7 @@ const char* om_recorder_place(const OmRecorder* rec) { return rec->folder.place;
 
 static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
     OmRecorder* rec = ctx;
+    OM_TRY(om__record_contact(rec, now));
     if (!rec->recording || (om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
     const size_t n = 3 * (size_t)rec->nvert;
     get_positions(rec, rec->x);

@@ -14,6 +14,11 @@ typedef struct Frame {
     double time;  // s
 } Frame;
 
+typedef struct ContactRecord {  // when the pull in the truth was largest
+    double pull, time;          // N, s
+    double *x, *force;  // m, N: of the contact on the tissue; null: no pull yet     (nvert x 3)
+} ContactRecord;
+
 struct OmRecorder {
     OmRecorderDef def;
     OmBody* shown;       // the truth, or the twin without one
@@ -29,6 +34,7 @@ struct OmRecorder {
     int nframe, frame_capacity;
     int nacquisition;         // written
     OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
+    ContactRecord contact;
     int nplan;
     OmText plans;                 // every plan and its reasons, as text
     const struct OmAudit* audit;  // its sentences go into the report; null: none
@@ -41,6 +47,11 @@ OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec,
                                 const OmRetractResult* result);
 OmStatus om__report_add_monitor(OmReport* report, const OmRecorder* rec,
                                 const OmRetractResult* result);
+/// Keep contact of the truth's tissue with an organ if the pull is the largest so far.
+OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now);
+void om__record_contact_done(ContactRecord* contact);
+/// A picture of the pressure on the organ; nothing without an organ or a pull.
+OmStatus om__report_add_contact(OmReport* report, const OmRecorder* rec);
 OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* result);
 
 #endif

@@ -268,6 +268,8 @@ OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     return OM_OK;
 }
 
+const double* om_body_contact_force(const OmBody* b) { return om_tissue_contact_force(b->state); }
+
 // Forces of `get` on the vertices of the site; the model may have midpoints and an organ as well.
 static OmStatus
 get_corner_forces(OmBody* b, OmStatus (*get)(const OmTissueModel*, const OmTissueState*, double*),

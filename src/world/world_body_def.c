@@ -110,4 +110,8 @@ void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size
                  k > 0 ? "; " : ", ", site->nmaterial > 1 ? m.name : "",
                  site->nmaterial > 1 ? ": " : "", m.young, m.poisson);
     }
+    size_t n = strlen(text);
+    if (site->soft.nvert > 0)
+        snprintf(text + n, size - n, "; on an organ of %d vertices that gives way, %.0f Pa",
+                 site->soft.nvert, site->soft_material.young);
 }
