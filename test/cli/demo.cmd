@@ -14,6 +14,15 @@ file demo/plan.json
 file demo/model/report.html
 file demo/run/report.html
 
+# the organ that gives way, and what lies on it
+$ grep -c 'Pressure of the tissue on the organ at' demo/run/report.html
+exit 0
+out ^[1-9]
+
+$ grep -A9 '^organ:' demo/scene.yaml
+exit 0
+out deforms: truth
+
 $ omentum demo --slow
 exit 2
 err-lines 1
