@@ -63,6 +63,7 @@ OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progre
 
 typedef struct OmRetractEstimate {  // of a run that has not begun
     int twin_nvert, twin_ntet, world_nvert, world_ntet;
+    int twin_norgan, world_norgan;        // vertices of an organ that gives way; 0: it is rigid
     int twin_nattached, world_nattached;  // vertices, of the twin without nadded
     int nadded;  // vertices of the twin that were attached beside these, so that it does not slide off
     // blocks of the grid; those with a grasping point that is not above an attachment

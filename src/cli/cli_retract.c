@@ -245,6 +245,9 @@ static int dry_run(OmCliRetract* s) {
            "tetrahedra\n",
            e.twin_nvert, e.twin_nattached, e.twin_ntet, e.world_nvert, e.world_nattached,
            e.world_ntet);
+    if (e.world_norgan > 0)
+        printf("  the organ gives way in the %s: %d vertices\n",
+               e.twin_norgan > 0 ? "twin and in the truth" : "truth", e.world_norgan);
     printf("  grid: %d of %d blocks can be grasped; the first plan has %d actions\n", e.ngrasp,
            e.nblock, e.nplanned);
     printf("  ROI visible before any action: %.0f %% (%.0f %% counts as exposed)\n",

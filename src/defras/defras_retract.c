@@ -282,6 +282,7 @@ static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEsti
     const OmSceneCamera* camera = &def->scene->endoscope;
     e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
     e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
+    e->twin_norgan = s->twin_site.soft.nvert, e->world_norgan = s->world_site.soft.nvert;
     e->nadded = r->nadded;
     e->twin_nattached = om__count_attached(s->twin) - r->nadded;
     e->world_nattached = om__count_attached(om_world_truth(s->world));
