@@ -20,10 +20,11 @@ extern "C" {
 #endif
 
 typedef enum OmScanPixel {  // class of a pixel of the camera
-    OM_SCAN_UNKNOWN,        // no depth, or not classified
-    OM_SCAN_TISSUE,         // the tissue
-    OM_SCAN_TOOL,           // an instrument: tissue may lie behind it
-    OM_SCAN_OTHER           // board, organ or anything else: no tissue lies before it
+    // no depth, one out of the camera's range (too near, too far, a value for "no data"), or not classified
+    OM_SCAN_UNKNOWN,
+    OM_SCAN_TISSUE,  // the tissue
+    OM_SCAN_TOOL,    // an instrument: tissue may lie behind it
+    OM_SCAN_OTHER    // board, organ or anything else, at a measured place: no tissue lies before it
 } OmScanPixel;
 
 typedef struct OmScan {  // om_scan_done frees
@@ -36,9 +37,10 @@ typedef struct OmScan {  // om_scan_done frees
     bool has_camera;     // `camera` is the camera of the picture
     OmCamera camera;
     unsigned char* pixel;  // OmScanPixel of each pixel, or null  (camera.height x camera.width)
+    float* depth;          // m along the camera's z, 0: none; null: not known         (the same)
 } OmScan;
 
-/// Allocate arrays for the counts, all zero; `pixel` is null.
+/// Allocate arrays for the counts, all zero; `pixel` and `depth` are null.
 /// @return OM_OK; OM_INVALID (a negative count); OM_NO_MEMORY
 OM_API OmStatus om_scan_init(int npoint, int ntri, OmScan* scan);
 OM_API void om_scan_done(OmScan* scan);

@@ -20,19 +20,23 @@
 #define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
 #define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
 #define SOFT 0.001     // ... of vertices that are not seen
+#define BEFORE 0.0025  // m, before a place: what is seen there hides it
 #define SUPPORT 2.0    // edges: a scan point this near shows a vertex
 
 typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
 
 // ---- evidence of one acquisition ----------------------------------------------------------------------------
 
-// Whether the picture shows something else at p than tissue or a tool: nothing is there any more.
+// Whether the picture shows something else at p than tissue or a tool, and not before p: nothing is there any more.
 static bool is_empty(const OmScan* scan, OmVec3 p) {
     double u, v;
     if (!scan->has_camera || !scan->pixel || !om_camera_project(&scan->camera, p, &u, &v))
         return false;
     if (!(u >= 0 && v >= 0 && u < scan->camera.width && v < scan->camera.height)) return false;
-    return scan->pixel[(int)v * scan->camera.width + (int)u] == OM_SCAN_OTHER;
+    int i = (int)v * scan->camera.width + (int)u;
+    if (scan->pixel[i] != OM_SCAN_OTHER) return false;
+    double z = om_pose_apply(om_pose_inverse(scan->camera.pose_world_camera), p).z;
+    return !scan->depth || (double)scan->depth[i] > z - BEFORE;
 }
 
 // What the picture shows at the rest position p of a vertex with normal `rest_n`, and INSIDE from it towards `centre`:

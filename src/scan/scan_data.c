@@ -27,6 +27,7 @@ void om_scan_done(OmScan* scan) {
     om_free(scan->normal);
     om_free(scan->tri_vert);
     om_free(scan->pixel);
+    om_free(scan->depth);
     memset(scan, 0, sizeof *scan);
 }
 

@@ -102,9 +102,9 @@ static unsigned char class_of_color(const Color* c, const ScanPicture* p, int i,
     om_sense_hsv(rgb, hsv);
     bool is_tissue = om_sense_range_has(&c->def->tissue, hsv),
          is_grey = om_sense_range_has(&c->def->tool, hsv);
+    if (!om__has_depth(p, i)) return OM_SCAN_UNKNOWN;
     if (!is_tissue && !is_grey)
         return hsv[2] < c->def->tissue.value_min ? OM_SCAN_UNKNOWN : OM_SCAN_OTHER;
-    if (!om__has_depth(p, i)) return OM_SCAN_UNKNOWN;
     OmVec3 x = om_load3(p->x, i);
     OmScanPlace place = om_scan_field_eval(is_tissue ? &c->bare : &c->field, x);
     if (place == OM_PLACE_TOOL) return OM_SCAN_TOOL;
@@ -243,6 +243,15 @@ static void spread(const ScanPicture* p, int n) {
     }
 }
 
+// A depth out of the camera's range says nothing: a sensor writes such values where it measured nothing.
+static float* copy_depth(const OmDepthPicture* d, int npixel) {
+    float *depth = om_alloc((size_t)npixel, sizeof *depth), near = (float)d->camera.near_m,
+          far = (float)d->camera.far_m;
+    for (int i = 0; depth && i < npixel; ++i)
+        depth[i] = d->depth[i] >= near && d->depth[i] <= far ? d->depth[i] : 0;
+    return depth;
+}
+
 static double pixel_angle(const OmCamera* c) {
     double u = c->width / 2.0, v = c->height / 2.0;
     return om_norm(om_sub(om_camera_ray(c, u + 0.5, v), om_camera_ray(c, u - 0.5, v)));
@@ -259,17 +268,22 @@ OmStatus om_scan_from_picture(const OmScanDef* def, const OmScanField* field,
     ScanPicture p = {.width = d->camera.width,
                      .height = d->camera.height,
                      .npixel = d->camera.width * d->camera.height,
-                     .depth = d->depth,
                      .angle = pixel_angle(&d->camera),
                      .max_jump = def->max_jump,
                      .eye = d->camera.pose_world_camera.p,
                      .noise_a = def->noise_a,
                      .noise_b = def->noise_b};
+    float* depth = copy_depth(d, p.npixel);
+    p.depth = depth;
+    if (!depth) {
+        status = OM_NO_MEMORY;
+        goto done;
+    }
     OM_ALLOC_DONE(p.x, 3 * (size_t)p.npixel);
     OM_ALLOC_DONE(p.class, p.npixel);
     OM_ALLOC_DONE(queue, p.npixel);
     OM_ALLOC_DONE(is_seen, p.npixel);
-    spread(&p, om_depth_to_cloud(&d->camera, d->depth, NULL, NULL, -1, p.x, NULL));
+    spread(&p, om_depth_to_cloud(&d->camera, depth, NULL, NULL, -1, p.x, NULL));
     classify(def, &d->color, field, &p, queue);
     drop_small(&p, def->min_area, is_seen, queue);
     OM_TRY_DONE(om__scan_decimate(def, &p, scan));
@@ -277,10 +291,13 @@ OmStatus om_scan_from_picture(const OmScanDef* def, const OmScanField* field,
     scan->has_camera = true;
     scan->camera = d->camera;
     scan->pixel = p.class;
+    scan->depth = depth;
     p.class = NULL;
+    depth = NULL;
 done:
     om_free(p.x);
     om_free(p.class);
+    om_free(depth);
     om_free(queue);
     om_free(is_seen);
     if (status < 0) om_scan_done(scan);
