@@ -155,7 +155,10 @@ OM_API const double* om_body_force(const OmBody* body);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
 /// The arm that grasps each vertex, -1 if none (nvert); valid until the body is destroyed.
 OM_API const signed char* om_body_held_by(const OmBody* body);
-/// Replace all attachments between two steps, as om_tissue_set_attachment.
+/// Replace all attachments between two steps, as om_tissue_set_attachment; those of an organ that deforms stay, and so
+/// do springs to the organ (OmSceneAttach.on_organ). Above an organ that deforms attachments by area
+/// (OmSceneAttach.foundation) need `stiffness`.
+/// @param vert  of the site's mesh                                               (nvert)
 /// @return as om_tissue_set_attachment
 OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,
                                        const double* anchor, const double* stiffness);
@@ -163,7 +166,8 @@ OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,
 /// @return as om_tissue_eval_anchor
 OM_API OmStatus om_body_eval_anchor(const OmBody* body, int nvert, const int* vert,
                                     const double* stiffness, double* anchor);
-/// Nonzero where a vertex is attached now, also to an organ that deforms (nvert); valid until it is called again.
+/// Nonzero where a vertex is attached now, also to an organ that deforms (nvert); valid until it is called again or the
+/// body is destroyed. Not by two threads at a time on one body.
 OM_API const unsigned char* om_body_attached(const OmBody* body);
 /// Stiffness of the spring of each attached vertex now, N/m; 0: fixed, or not attached (nvert).
 OM_API const double* om_body_attachment_stiffness(const OmBody* body);

@@ -37,10 +37,12 @@ OM_API OmTissueObstacle om_sdf_obstacle(const OmSdf* sdf);
 OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx);
 
 /// The smooth surface of a body of the mesh, such as an organ that a coarse mesh simulates: it rides on the body's
-/// boundary (shape_skin.h), and the body feels what pushes it.
+/// boundary (shape_skin.h), and the body feels what pushes it. Where the smooth surface is far from the boundary, as in
+/// parts too thin for the mesh, nothing is felt.
 typedef struct OmContactSkin {
     const OmSdf* sdf;  // distance from the surface in the body's rest shape, borrowed
-    // The body's vertices in the mesh of the model's definition: one piece of the mesh or several.
+    // The body's vertices in the mesh of the model's definition: whole pieces of the mesh, one or several, which no other
+    // skin has.
     int vert_begin, vert_end;
 } OmContactSkin;
 
@@ -58,7 +60,8 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // Surfaces of the tissue keep apart: of one body that folds, and of bodies, the pieces of the mesh. Needs an engine
     // with a matrix and CG as its solver; default false
     bool self_contact;
-    // m, distance that they keep, at most 0.1; 0 (default): a tenth of the mean edge of the surface
+    // m, distance that they keep, at most 0.1; 0 (default): a tenth of the mean edge of the surface, bodies with a
+    // skin left out
     double self_thickness;
     double self_friction;  // Coulomb's between them, 0 to 10, viscous below 0.01 mm/s; default 0
     // Smooth surfaces of bodies of the mesh, against vertices of bodies without one; copied. They need what
@@ -81,9 +84,9 @@ typedef struct OmContactTouch {  // two places of the tissue that push each othe
 typedef struct OmContactReport {
     OmTissueReport tissue;  // of the linear solver, all solves
     int nsolve;             // solves, all substeps
-    int ncontact;           // vertices that are pushed
-    double penetration;     // m, the deepest after the step
-    OmVec3 force;           // N, resultant on the tissue, presses included
+    int ncontact;           // vertices that obstacles and presses push
+    double penetration;     // m, the deepest into these after the step
+    OmVec3 force;           // N, resultant of obstacles and presses on the tissue
     // The obstacles with their force, torque, ncontact and penetration, of the last substep; a view, valid until the
     // next step. Presses have reports of their own (om_press_report).
     int nobstacle;
@@ -95,7 +98,8 @@ typedef struct OmContactReport {
     bool is_settled;  // in all substeps: contact vertices, planes of curved obstacles and friction
                       // stopped changing; false only with OM_NOT_CONVERGED
     // With self_contact: a tool stopped short of its goal, where its tissue would pass through other tissue. Then
-    // is_settled is false. The next step moves the tool on.
+    // is_settled is false, and forces are those of the last solve, which do not balance. The next step moves the tool
+    // further.
     bool is_held_back;
 } OmContactReport;
 
@@ -106,7 +110,7 @@ typedef struct OmContact OmContact;
 typedef struct OmContactWork OmContactWork;
 
 OM_API OmContactDef om_contact_default_def(void);
-/// @return OM_OK; OM_INVALID (the message names the field); OM_UNAVAILABLE (self_contact, see there); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (the message names the field); OM_UNAVAILABLE (self_contact or skins, see there); OM_NO_MEMORY
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);

@@ -361,13 +361,14 @@ typedef struct OmSite {
     OmPose pose_world_field;
     OmVec3 half_size;  // m, half the extent of the tissue in the task frame
     bool has_ground;   // a board at the task frame's z = 0
-    bool has_organ;    // still anatomy under the tissue
+    bool has_organ;    // anatomy under the tissue, at rest; see `soft`
     OmSurface organ;   //
     OmSdf organ_sdf;   //
     // The organ as a body that deforms, with its set "attachment", and the springs of that set, N/m; no vertices:
     // it is rigid
     OmTetMesh soft;
     double* soft_spring;
+    double soft_foundation;  // N/m^3, of these springs
     OmSiteMaterial soft_material;
     int nroi;           // sample points of the ROI's surface
     double* roi_x;      // world frame, m      (nroi x 3)
@@ -390,8 +391,9 @@ OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmPro
                               OmSite* site);
 OM_API void om_site_done(OmSite* site);
 /// Make OmSite.soft where the scene wants an organ that deforms at the site's role: the last part of om_site_build, and
-/// for sites that were read.
-/// @return OM_OK; OM_INVALID (no organ lies under the tissue); OM_NO_MEMORY
+/// for sites that were read, whose `soft` is empty. Call om_site_done after an error.
+/// @return OM_OK; OM_INVALID (no organ lies under the tissue, no part of it looks away from the tissue, errors of
+///         om_tet_mesh_stuff); OM_NO_MEMORY
 OM_API OmStatus om_site_mesh_organ(const OmScene* scene, OmSite* site);
 /// Young's modulus, Poisson's ratio, density and the stiffness of attachments of a site by a scene's numbers, which
 /// may have changed since the site was built.

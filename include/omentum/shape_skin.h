@@ -45,12 +45,14 @@ OM_API bool om_skin_find(const OmSkin* skin, OmVec3 p, double max_distance, OmSk
 /// Bind a point that is known at rest: om_skin_put then says where it is. To be called before the first
 /// om_skin_move, or after one to the rest positions.
 OM_API void om_skin_bind(const OmSkin* skin, OmVec3 rest, OmSkinPlace* place);
-/// Where a bound point is now; of a unit vector at rest, say a normal, `turn` is the rotation and stretch.
-/// @param turn  out: F; may be null
+/// Where a bound point is now.
+/// @param turn  out: F, which turns vectors along the surface; a normal turns by its inverse transposed, normalised. May
+///              be null
 OM_API OmVec3 om_skin_put(const OmSkin* skin, const OmSkinPlace* bound, OmMat3* turn);
 /// Distance of a found place from the zero level of a field at rest, which the skin carries, and the unit normal now.
 /// The field's gradient is a difference over `ring` on both sides: that of a sampled field jumps from cell to cell.
 /// @param ring  m, above 0
+/// @return m; 0, with the normal (0, 0, 1), where the field has no gradient
 OM_API double om_skin_eval(const OmSkinPlace* place, const OmSdf* sdf, double ring, OmVec3* normal);
 
 #ifdef __cplusplus

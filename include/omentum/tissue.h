@@ -332,8 +332,8 @@ OM_API void om_tissue_set_force_scale(OmTissueWork* work, double force);
 OM_API const double* om_tissue_dv(const OmTissueWork* work);
 /// Add a correction found by om_tissue_solve to this velocity change (nvert x 3); zero at prescribed vertices.
 OM_API void om_tissue_add_dv(OmTissueWork* work, const double* correction);
-/// In the step in progress the tools stay where they are: the velocity change of what they hold is set so. Later steps,
-/// and later parts of this one, move on towards their goals.
+/// Let the tools stand still until the end of the step or substep that has begun: the velocity change of what they hold
+/// is set so. The next one moves them further.
 OM_API void om_tissue_stop_tools(const OmTissueModel* model, const OmTissueState* state,
                                  OmTissueWork* work);
 /// y = A x for nrhs vectors (nrhs x nvert x 3).

@@ -165,7 +165,8 @@ typedef struct OmView OmView;
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
-/// The same of a body's own surface, for positions of om_body_x: of quadratic elements with the midpoints of edges.
+/// The same of a body's own surface, for positions of om_body_x: of quadratic elements with the midpoints of edges. An
+/// organ that deforms and the ROI on it are where the last positions put them.
 /// @param body  its site is borrowed until destroy
 /// @return as om_view_create
 OM_API OmStatus om_view_create_of_body(const OmScene* scene, const OmBody* body, OmView** view);

@@ -38,6 +38,9 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
 
 OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
     b->problem = p;
+    OM_CHECK(p->scene.organ.deforms == OM_IN_NONE, OM_UNAVAILABLE,
+             "%s: organ: a calibration knows a rigid organ alone; leave out `deforms`",
+             om_scene_label(&p->scene));
     OM_TRY(om_site_build(&p->scene, is_world ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &b->site));
     b->contact = om_contact_default_def();
     b->contact.friction = p->scene.tissue.friction;

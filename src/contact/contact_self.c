@@ -177,9 +177,8 @@ static void catch_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_active = p->k > 0;
 }
 
-// Side, thickness and first guess of a candidate. False: neighbours on the two sides of one body; if a body is turned
-// inside out is the guard's matter (tissue_guard.c).
-static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+// Side, thickness and first guess of a candidate.
+static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* work, OmSelfPair* p, double h) {
     const OmSelf* f = cw->contact->self;
     OmSelfWork* w = cw->self;
@@ -190,7 +189,7 @@ static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_dead = !is_facing(f, w, p, &near);
     if (p->is_dead) {
         if (p->apart < keep_of_caught(f, p)) catch_pair(cw, m, s, work, p, h);
-        return true;
+        return;
     }
     if (p->first >= 0) p->side = near.n;
     double distance = p->apart;  // also of pairs whose contact another one has now
@@ -199,20 +198,19 @@ static bool begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
     p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
     om__near_eval(f, p, w->end, &later);
-    if (!isfinite(later.distance)) return true;
+    if (!isfinite(later.distance)) return;
     // the penetration that is left is the push of the last step
     bool is_in = distance < p->thickness;
     p->is_active = is_in || later.distance - p->thickness - p->goal < -ACTIVATE * f->size;
-    if (!p->is_active) return true;
+    if (!p->is_active) return;
     linearise(w, p, &later);
     p->k = om__pair_stiffness(m, s, work, p);
     if (p->k == 0) p->is_active = false;
-    if (!p->is_active || f->friction <= 0 || !is_in) return true;
+    if (!p->is_active || f->friction <= 0 || !is_in) return;
     p->push = p->k * fmax(0, p->thickness - distance);
     OmVec3 d = om_sub(om__pair_relative(p, w->end), om__pair_relative(p, w->x));
     p->slip = om__pair_tangential(p, d);
     om__pair_begin_friction(p, f->friction, h);
-    return true;
 }
 
 // Candidates along the paths x to x + predicted; what is known of those of the last search stays.
@@ -260,7 +258,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
         } else {
             *p = (OmSelfPair){.first = found->first, .second = found->second};
             memcpy(p->vert, found->vert, sizeof p->vert);
-            if (!begin_pair(cw, m, s, work, p, h)) continue;
+            begin_pair(cw, m, s, work, p, h);
         }
         w->sums.nactive += p->is_active;
         ++w->npair;

@@ -34,7 +34,7 @@ static OmStatus copy_surface(const OmContact* c, const OmTetMesh* mesh, OmRide* 
         ntri += n % 3 == 0;
         if (local[i] < 0) local[i] = nvert++;
     }
-    OM_CHECK_DONE(ntri > 0, OM_INVALID, "contact: a skin's body has no surface");
+    OM_CHECK_DONE(ntri > 0, OM_INVALID, "contact: skin[%d]: its body has no surface", r->index);
     OM_TRY_DONE(om_surface_init(&r->rest, nvert, ntri));
     OM_ALLOC_DONE(r->vert, nvert);
     for (int i = 0; i < c->nvert; ++i) {
@@ -45,11 +45,34 @@ static OmStatus copy_surface(const OmContact* c, const OmTetMesh* mesh, OmRide* 
     ntri = 0;
     for (int n = 0; n < 3 * c->ntri; ++n)
         if (local[c->tri_vert[n]] >= 0) r->rest.tri_vert[ntri++] = local[c->tri_vert[n]];
-    for (int i = 0; i < nvert; ++i)
-        r->off = fmax(r->off, fabs(om_sdf_eval(r->sdf, om_load3(r->rest.x, i), NULL)));
+    for (int t = 0; t < r->rest.ntri; ++t) {  // in the middle of a triangle it is farthest
+        const int* v = r->rest.tri_vert + 3 * (size_t)t;
+        OmVec3 a = om_load3(r->rest.x, v[0]), b = om_load3(r->rest.x, v[1]),
+               d = om_load3(r->rest.x, v[2]), mean = om_scale(1.0 / 3, om_add(a, om_add(b, d)));
+        r->off = fmax(r->off, fabs(om_sdf_eval(r->sdf, a, NULL)));
+        r->off = fmax(r->off, fabs(om_sdf_eval(r->sdf, mean, NULL)));
+    }
 done:
     om_free(local);
     return status;
+}
+
+// The bodies of a skin are whole, and no other skin's.
+static OmStatus claim_bodies(OmContact* c, const OmContactSkin* skin, int ncorner, int k) {
+    for (int i = skin->vert_begin; i < skin->vert_end; ++i) {
+        int* of = &c->skin_of[c->body[i]];
+        OM_CHECK(*of < 0 || *of == k, OM_INVALID,
+                 "contact: skin[%d]: vertex %d belongs to a body of skin[%d]", k, i, *of);
+        *of = k;
+    }
+    for (int i = 0; i < ncorner; ++i)
+        OM_CHECK(
+            (i >= skin->vert_begin && i < skin->vert_end) || c->skin_of[c->body[i]] != k,
+            OM_INVALID,
+            "contact: skin[%d]: vertices %d to %d are not a whole piece of the mesh: vertex %d "
+            "is of the same piece",
+            k, skin->vert_begin, skin->vert_end, i);
+    return OM_OK;
 }
 
 OmStatus om__skins_create(const OmContactDef* def, const OmTissueModel* m, OmContact* c) {
@@ -64,7 +87,7 @@ OmStatus om__skins_create(const OmContactDef* def, const OmTissueModel* m, OmCon
                  OM_INVALID,
                  "contact: skin[%d]: no distance field, or vertices %d to %d of a mesh of %d", k,
                  skin->vert_begin, skin->vert_end, om_tissue_corner_count(m));
-        for (int i = skin->vert_begin; i < skin->vert_end; ++i) c->skin_of[c->body[i]] = k;
+        OM_TRY(claim_bodies(c, skin, om_tissue_corner_count(m), k));
         c->skin[k].sdf = skin->sdf;
         c->skin[k].index = k;
     }
@@ -95,6 +118,7 @@ OmStatus om__skins_work_create(const OmContact* c, OmRideWork** work) {
     OM_ALLOC_DONE(w->end, 3 * (size_t)c->nvert);
     OM_ALLOC_DONE(w->at, 3 * most);
     OM_ALLOC_DONE(w->fastest, c->nskin);
+    OM_ALLOC_DONE(w->displaced, c->nskin);
     OM_ALLOC_DONE(w->pair, npair);
     w->skin = om_calloc((size_t)c->nskin, sizeof(OmSkin*));
     if (!w->skin) {
@@ -117,6 +141,7 @@ void om__skins_work_destroy(const OmContact* c, OmRideWork* w) {
     om_free(w->end);
     om_free(w->at);
     om_free(w->fastest);
+    om_free(w->displaced);
     om_free(w->pair);
     om_free(w);
 }
@@ -131,14 +156,17 @@ static void move_skins(const OmContact* c, OmRideWork* w, const double* x) {
     }
 }
 
-// The longest way from x to end of a vertex of each boundary.
+// The longest way from x to end of a vertex of each boundary, and its farthest displacement from rest.
 static void measure_ways(const OmContact* c, OmRideWork* w) {
     for (int k = 0; k < c->nskin; ++k) {
         const OmRide* r = &c->skin[k];
-        double far2 = 0;
-        for (int i = 0; i < r->rest.nvert; ++i)
-            far2 = fmax(far2,
-                        om_norm2(om_sub(om_load3(w->end, r->vert[i]), om_load3(w->x, r->vert[i]))));
+        double far2 = 0, off2 = 0;
+        for (int i = 0; i < r->rest.nvert; ++i) {
+            OmVec3 x = om_load3(w->x, r->vert[i]);
+            far2 = fmax(far2, om_norm2(om_sub(om_load3(w->end, r->vert[i]), x)));
+            off2 = fmax(off2, om_norm2(om_sub(x, om_load3(r->rest.x, i))));
+        }
+        w->displaced[k] = sqrt(off2);
         w->fastest[k] = sqrt(far2);
     }
 }
@@ -167,6 +195,13 @@ static bool look(const OmContact* c, const OmRideWork* w, int skin, int i, OmVec
         near->weight[a + 1] = -place.on.bary[a];
     }
     return true;
+}
+
+// The same of a vertex that is deeper in than it is searched for: a body has moved by no more than its boundary.
+static bool look_inside(const OmContact* c, const OmRideWork* w, int skin, int i, OmVec3 p,
+                        Near* near) {
+    if (om_sdf_eval(c->skin[skin].sdf, p, NULL) > w->displaced[skin]) return false;
+    return look(c, w, skin, i, p, INFINITY, near) && near->gap < 0;
 }
 
 // Take the place at the end of the last solve for the next one.
@@ -199,7 +234,9 @@ void om__skins_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSta
             if (c->skin_of[c->body[i]] >= 0) continue;
             double far = way_of(w, i) + w->fastest[k] + REACH * c->size;
             Near near;
-            if (!look(c, w, k, i, om_load3(w->x, i), far, &near) || near.gap > far) continue;
+            OmVec3 at = om_load3(w->x, i);
+            if (!look(c, w, k, i, at, far, &near) && !look_inside(c, w, k, i, at, &near)) continue;
+            if (near.gap > far) continue;
             OmSelfPair* p = &w->pair[w->npair++];
             *p = (OmSelfPair){.first = -1, .second = k, .apart = near.gap};
             p->vert[0] = i;
@@ -218,6 +255,7 @@ void om__skins_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSta
         }
         int i = p->vert[0];
         double far = 2 * (way_of(w, i) + w->fastest[p->second] + REACH * c->size);
+        if (p->is_active) far = INFINITY;
         Near near;
         bool is_near = look(c, w, p->second, i, om_load3(w->end, i), far, &near);
         p->is_active = is_near && (p->is_active || near.gap - p->goal < -ACTIVATE * c->size);
@@ -282,7 +320,7 @@ int om__skins_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSt
         double far = way_of(w, i) + w->fastest[p->second];
         if (p->apart > far) continue;
         Near near;
-        if (!look(c, w, p->second, i, om_load3(w->end, i), 2 * far, &near)) continue;
+        if (!look(c, w, p->second, i, om_load3(w->end, i), INFINITY, &near)) continue;
         if (near.gap - p->goal >= -ACTIVATE * c->size) continue;
         linearise(w, p, &near);
         p->k = om__pair_stiffness(m, s, work, p);

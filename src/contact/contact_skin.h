@@ -16,10 +16,11 @@ typedef struct OmRide {  // a skin of the contact, constant
 } OmRide;
 
 typedef struct OmRideWork {
-    OmSkin** skin;    //                                                        (nskin)
-    double* at;       // positions of one boundary                   (largest nvert x 3)
-    double* fastest;  // m, longest way of the vertices of each boundary        (nskin)
-    double *x, *end;  // positions at the ends of the step                      (nvert x 3)
+    OmSkin** skin;      //                                                        (nskin)
+    double* at;         // positions of one boundary                   (largest nvert x 3)
+    double* displaced;  // m, farthest that a vertex of each boundary is from rest (nskin)
+    double* fastest;    // m, longest way of the vertices of each boundary        (nskin)
+    double *x, *end;    // positions at the ends of the step                      (nvert x 3)
     int npair;
     OmSelfPair* pair;  // first: -1; second: its skin                  (nskin x nsurface)
     OmPairSums sums;

@@ -14,7 +14,7 @@
 static inline double least(double a, double b) { return a < b ? a : b; }
 static inline double most(double a, double b) { return a > b ? a : b; }
 
-// ---- edges, owners, bodies ----------------------------------------------------------------------------
+// ---- edges and owners --------------------------------------------------------------------------------
 
 typedef struct Side {  // of a triangle
     int lo, hi, tri, local;
@@ -157,10 +157,14 @@ done:
 
 static double mean_edge(const OmSelf* f) {
     double sum = 0;
-    for (int e = 0; e < f->nedge; ++e)
-        sum += om_distance(om_load3(f->rest, f->edge_vert[2 * (size_t)e]),
-                           om_load3(f->rest, f->edge_vert[2 * (size_t)e + 1]));
-    return sum / f->nedge;
+    int num = 0;
+    for (int e = 0; e < f->nedge; ++e) {
+        const int* v = f->edge_vert + 2 * (size_t)e;
+        if (f->skin_of[f->body[v[0]]] >= 0) continue;
+        sum += om_distance(om_load3(f->rest, v[0]), om_load3(f->rest, v[1]));
+        ++num;
+    }
+    return num > 0 ? sum / num : 0.1 * f->size;
 }
 
 OmStatus om__self_create(const OmContact* c, const OmTissueModel* m, OmSelf** self) {
@@ -179,10 +183,10 @@ OmStatus om__self_create(const OmContact* c, const OmTissueModel* m, OmSelf** se
     OM_TRY_DONE(make_edges(f));
     OM_TRY_DONE(list_near(f));
     OM_TRY_DONE(make_tree(f));
+    f->size = c->size;
     f->edge = mean_edge(f);
     f->thickness = c->def.self_thickness > 0 ? c->def.self_thickness : 0.1 * f->edge;
     f->friction = c->def.self_friction;
-    f->size = c->size;
     *self = f;
     return OM_OK;
 done:

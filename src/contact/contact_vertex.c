@@ -342,7 +342,8 @@ OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmT
         o->torque = om_add(o->torque, om_cross(arm, pair->force));
         ++o->ncontact;
     }
-    cw->ntouch = 0;
+    cw->ntouch = report->ntouch = 0;
+    report->touch = cw->touch;
     OM_TRY(om__skins_report_pairs(cw, s));
     return om__self_report_pairs(cw, s);
 }

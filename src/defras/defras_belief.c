@@ -25,6 +25,11 @@ static void forget_truth(OmScene* s) {
     s->model = none.model;
     s->attach = none.attach;
     if (s->organ.deforms == OM_IN_TRUTH) s->organ = none.organ;
+    if (s->tissue.self_contact == OM_IN_TRUTH) {
+        s->tissue.self_contact = none.tissue.self_contact;
+        s->tissue.self_thickness = none.tissue.self_thickness;
+        s->tissue.self_friction = none.tissue.self_friction;
+    }
     s->believed = none.believed;
     s->believed_roi = none.believed_roi;
     s->registration = none.registration;

@@ -30,11 +30,13 @@ OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene,
 // ---- the recorded mesh ------------------------------------------------------------------------------------
 
 // Vertices above the ROI, ascending. @return their number
-static int find_above_roi(const OmSite* site, const OmTetMesh* mesh, double radius, int* list) {
+static int find_above_roi(const OmSite* site, const OmTetMesh* mesh, const unsigned char* is_used,
+                          double radius, int* list) {
     int n = 0;
     OmPose task = om_pose_inverse(site->pose_world_task);
     OmVec3 c = om_pose_apply(task, site->roi_center);
     for (int v = 0; v < mesh->nvert; ++v) {
+        if (!is_used[v]) continue;
         OmVec3 p = om_pose_apply(task, om_load3(mesh->x, v));
         if (hypot(p.x - c.x, p.y - c.y) <= radius) list[n++] = v;
     }
@@ -58,7 +60,12 @@ static OmStatus mark_mesh(const OmBody* body, double radius, MarkedMesh* marked)
     OM_ALLOC(marked->above, (size_t)mesh->nvert);
     OM_ALLOC(marked->set, (size_t)nset + 1);
     for (int i = 0; i < nset; ++i) marked->set[i] = mesh->set[i];
-    const int nabove = find_above_roi(om_body_site(body), mesh, radius, marked->above);
+    unsigned char* is_used = om_calloc((size_t)mesh->nvert, 1);  // not by an organ that deforms
+    if (!is_used) return OM_NO_MEMORY;
+    for (int k = 0; k < 4 * mesh->ntet; ++k) is_used[mesh->tet_vert[k]] = 1;
+    for (int v = 0; mesh->ntet == 0 && v < mesh->nvert; ++v) is_used[v] = 1;
+    const int nabove = find_above_roi(om_body_site(body), mesh, is_used, radius, marked->above);
+    om_free(is_used);
     marked->set[nset] = (OmMeshSet){"roi", nabove, marked->above};
     marked->mesh.set = marked->set;
     marked->mesh.nset = nset + 1;

@@ -3,10 +3,12 @@
 
 #include "defras/defras_record.h"
 #include "omentum/sense.h"
+#include "omentum/shape_closest.h"
 
 enum { WIDTH = 480, HEIGHT = 400, NBAND = 6 };
 
-#define FOV 0.7  // rad, vertical
+#define FOV 0.7         // rad, vertical
+#define ON_ORGAN 0.001  // m, from the organ: a vertex farther away is pushed by something else
 #define SPREAD \
     0.006  // m, radius over which the force on a vertex is spread: about the edges of the tissue's mesh
 
@@ -15,7 +17,8 @@ OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now) {
     ContactRecord* c = &rec->contact;
     if (!(now->force_world > c->pull)) return OM_OK;  // also NaN
     const size_t n = 3 * (size_t)om_body_mesh(rec->shown)->nvert;
-    if (!c->x) {
+    if (!c->force) {
+        om_free(c->x);
         OM_ALLOC(c->x, n);
         OM_ALLOC(c->force, n);
     }
@@ -31,30 +34,47 @@ void om__record_contact_done(ContactRecord* c) {
     om_free(c->force);
 }
 
-// Pressure on each triangle of the organ: forces on the tissue's vertices within SPREAD of its middle, over the disc.
+static OmVec3 normal_of(const OmSurface* s, int t) {
+    const int* v = s->tri_vert + 3 * (size_t)t;
+    OmVec3 a = om_load3(s->x, v[0]);
+    return om_cross(om_sub(om_load3(s->x, v[1]), a), om_sub(om_load3(s->x, v[2]), a));
+}
+
+static OmVec3 middle_of(const OmSurface* s, int t) {
+    const int* v = s->tri_vert + 3 * (size_t)t;
+    OmVec3 m = om_add(om_load3(s->x, v[0]), om_load3(s->x, v[1]));
+    return om_scale(1.0 / 3, om_add(m, om_load3(s->x, v[2])));
+}
+
+// Pressure on each triangle of the organ: what presses along the organ's normal on vertices of the tissue that lie on
+// the organ within SPREAD of the triangle's middle, over the disc.
 static OmStatus find_pressure(const OmRecorder* rec, const OmSurface* organ, double* pressure,
                               OmVec3* sum) {
     const ContactRecord* c = &rec->contact;
-    OmSurface tissue;
-    int* vert;
-    OM_TRY(om_tet_mesh_boundary(om_body_mesh(rec->shown), &tissue, &vert));
+    OmStatus status = OM_OK;
+    OmSurface tissue = {0};
+    int* vert = NULL;
+    OmSurfaceTree* tree = NULL;
+    OM_TRY_DONE(om_tet_mesh_boundary(om_body_mesh(rec->shown), &tissue, &vert));
+    OM_TRY_DONE(om_surface_tree_create(organ, &tree));
     for (int t = 0; t < organ->ntri; ++t) pressure[t] = 0;
     for (int i = 0; i < tissue.nvert; ++i) {
         OmVec3 f = om_load3(c->force, vert[i]), x = om_load3(c->x, vert[i]);
-        double size = om_norm(f);
-        if (size == 0) continue;
-        *sum = om_sub(*sum, f);  // on the organ
-        for (int t = 0; t < organ->ntri; ++t) {
-            const int* v = organ->tri_vert + 3 * (size_t)t;
-            OmVec3 m = om_add(om_load3(organ->x, v[0]), om_load3(organ->x, v[1]));
-            m = om_scale(1.0 / 3, om_add(m, om_load3(organ->x, v[2])));
-            if (om_norm2(om_sub(m, x)) < SPREAD * SPREAD)
-                pressure[t] += size / (OM_PI * SPREAD * SPREAD);
-        }
+        OmSurfacePoint q;
+        if (om_norm(f) == 0 || !om_surface_tree_find(tree, x, NULL, ON_ORGAN, &q)) continue;
+        OmVec3 n = om_normalize(normal_of(organ, q.tri));
+        double push = om_dot(f, n);
+        if (push <= 0) continue;
+        *sum = om_madd(*sum, -push, n);  // on the organ
+        for (int t = 0; t < organ->ntri; ++t)
+            if (om_norm2(om_sub(middle_of(organ, t), x)) < SPREAD * SPREAD)
+                pressure[t] += push / (OM_PI * SPREAD * SPREAD);
     }
+done:
+    om_surface_tree_destroy(tree);
     om_surface_done(&tissue);
     om_free(vert);
-    return OM_OK;
+    return status;
 }
 
 // The triangles of one band of pressure; band 0 has none.
@@ -109,7 +129,7 @@ done:
 
 OmStatus om__report_add_contact(OmReport* report, const OmRecorder* rec) {
     const ContactRecord* c = &rec->contact;
-    if (!c->x) return OM_OK;
+    if (!c->force) return OM_OK;
     OmStatus status = OM_OK;
     OmPicture picture = {0};
     char text[400];

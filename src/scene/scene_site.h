@@ -24,6 +24,8 @@ OmStatus om__site_measure_attachments(double total, OmSite* site);
 OmStatus om__site_measure_again(OmSite* site);
 // Stiffness of the attachments by the scene's numbers and the site's role.
 void om__site_set_stiffness(const OmScene* scene, OmSite* site);
+// Material and springs of an organ that deforms by the scene's numbers.
+void om__site_set_organ(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.
 OmVec3 om__scene_world_cells(const OmSceneTissue* tissue);
 double om__scene_world_edge(const OmSceneModel* model);

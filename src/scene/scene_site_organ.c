@@ -2,10 +2,12 @@
 //
 // Its mesh may be coarse: contact, pictures and the ROI take the organ's smooth surface, which rides on the mesh
 // (shape_skin.h). What lies behind the organ is not in the scene: springs by area stand for it.
+#include "omentum/shape_closest.h"
 #include "omentum/shape_meshing.h"
 #include "scene/scene_site.h"
 
 #define MIN_PART 0.01  // of the elements: smaller pieces are left out
+#define LOST 0.5       // of an edge: a place of the surface farther from the mesh is warned of
 #define AWAY (-0.3)    // cosine of a normal against "up": the organ's far side, which is held
 
 static OmStatus mesh_organ(double edge, OmSite* site) {
@@ -42,6 +44,7 @@ static OmStatus hold_far_side(double foundation, OmSite* site) {
     }
     OM_CHECK_DONE(n > 0, OM_INVALID, "no part of the organ looks away from the tissue");
     OM_TRY_DONE(om_tet_mesh_add_set(&site->soft, "attachment", list, n));
+    site->soft_foundation = foundation;
 done:
     om_surface_done(&surface);
     om_free(vert);
@@ -50,13 +53,49 @@ done:
     return status;
 }
 
+// The surface of the organ where the mesh does not reach: no contact is felt there.
+static OmStatus warn_of_loss(const OmScene* scene, const OmSite* site) {
+    OmSurface surface;
+    OmSurfaceTree* tree = NULL;
+    OM_TRY(om_tet_mesh_boundary(&site->soft, &surface, NULL));
+    OmStatus status = om_surface_tree_create(&surface, &tree);
+    om_surface_done(&surface);
+    OM_TRY(status);
+    double farthest = 0;
+    OmVec3 at = {0, 0, 0};
+    for (int i = 0; i < site->organ.nvert; ++i) {
+        OmSurfacePoint q;
+        OmVec3 p = om_load3(site->organ.x, i);
+        if (!om_surface_tree_find(tree, p, NULL, INFINITY, &q) || q.distance <= farthest) continue;
+        farthest = q.distance;
+        at = p;
+    }
+    om_surface_tree_destroy(tree);
+    if (farthest > LOST * scene->organ.edge)
+        om_log(OM_LOG_WARNING,
+               "%s: organ: its mesh does not reach (%.1f, %.1f, %.1f) mm, %.1f mm away, and the "
+               "tissue is not felt there; a smaller organ: edge_mm reaches further",
+               om_scene_label(scene), 1e3 * at.x, 1e3 * at.y, 1e3 * at.z, 1e3 * farthest);
+    return OM_OK;
+}
+
+void om__site_set_organ(const OmScene* scene, OmSite* site) {
+    const OmSceneOrgan* o = &scene->organ;
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->soft, "attachment");
+    site->soft_material = (OmSiteMaterial){"organ", o->young, o->poisson, o->density};
+    for (int k = 0; held && k < held->nvert; ++k)
+        site->soft_spring[k] *= o->foundation / site->soft_foundation;
+    site->soft_foundation = o->foundation;
+}
+
 OmStatus om_site_mesh_organ(const OmScene* scene, OmSite* site) {
     const OmSceneOrgan* o = &scene->organ;
     if (!om_scene_has(o->deforms, site->role)) return OM_OK;
     OM_CHECK(site->has_organ, OM_INVALID, "%s: organ: no organ lies under the tissue",
              om_scene_label(scene));
-    site->soft_material = (OmSiteMaterial){"organ", o->young, o->poisson, o->density};
     OmStatus status = mesh_organ(o->edge, site);
     if (status == OM_OK) status = hold_far_side(o->foundation, site);
+    if (status == OM_OK) status = warn_of_loss(scene, site);
+    om__site_set_organ(scene, site);
     return status < 0 ? om_error_prefix(status, "%s: organ", om_scene_label(scene)) : status;
 }

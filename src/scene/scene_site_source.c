@@ -225,6 +225,7 @@ void om_site_set_numbers(const OmScene* scene, OmSite* site) {
     site->density = density * (is_world ? scene->world.density_factor : 1.0);
     site->poisson = is_world && scene->world.poisson >= 0 ? scene->world.poisson : t->poisson;
     om__site_set_stiffness(scene, site);
+    if (site->soft.nvert > 0) om__site_set_organ(scene, site);
 }
 
 OmSiteMaterial om_site_get_material(const OmSite* site, int label) {

@@ -152,6 +152,8 @@ static OmStatus set_attachment(OmBody* b, int nvert, const int* vert, const doub
     OmStatus status = OM_OK;
     int *all = NULL, n = 0;
     double *at = NULL, *spring = NULL;
+    OM_CHECK(nvert >= 0 && (nvert == 0 || vert), OM_INVALID,
+             "body: %d attachments, or the list is null", nvert);
     OM_ALLOC_DONE(all, nvert + soft->nvert);
     OM_ALLOC_DONE(at, 3 * (size_t)(nvert + soft->nvert));
     OM_ALLOC_DONE(spring, nvert + soft->nvert);
@@ -219,9 +221,11 @@ OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
                              .residual = r.tissue.residual,
                              .substeps = r.tissue.substeps,
                              .ncontact = r.ncontact,
-                             .penetration = r.penetration,
+                             .penetration = fmax(r.penetration, r.self_penetration),
                              .ninverted = r.tissue.ninverted,
                              .energy_gain = r.tissue.energy_gain};
+    for (int k = 0; k < r.ntouch; ++k)  // on an organ that deforms
+        report->ncontact += r.touch[k].body[0] != r.touch[k].body[1];
     bool is_bad = status > 0 && (r.tissue.ninverted > 0 || !r.is_settled || r.tissue.is_unguarded);
     b->nbad += is_bad;
     return is_bad ? status : OM_OK;

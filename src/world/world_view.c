@@ -116,13 +116,12 @@ void om_view_destroy(OmView* v) {
 }
 
 OmStatus om_view_look(OmView* v, const double* x, OmVisibility* visibility) {
-    const double *roi_x = v->site->roi_x, *roi_n = v->site->roi_n;
+    const double* roi_x = v->anatomy ? v->anatomy->roi_x : v->site->roi_x;
+    const double* roi_n = v->anatomy ? v->anatomy->roi_n : v->site->roi_n;
     if (x) om_sense_scene_update(v->sense, v->tissue_id, x, v->tissue_vert);
     if (x && v->anatomy) {
         om_anatomy_move(v->anatomy, x);
         om__world_move_anatomy(v->anatomy, v->ids, v->sense);
-        roi_x = v->anatomy->roi_x;
-        roi_n = v->anatomy->roi_n;
     }
     om_sense_scene_show(v->sense, v->tissue_id, x != NULL);
     OM_TRY(om_sense_scene_commit(v->sense));

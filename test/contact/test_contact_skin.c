@@ -23,6 +23,8 @@ typedef struct Setting {
     int nworker;
     bool is_free;   // nothing holds the ball, and there is no gravity
     bool is_apart;  // the two do not touch
+    bool is_linear;
+    double edge;  // m, of the ball's mesh; 0: 16 mm
 } Setting;
 
 static double ball_fn(void* ctx, OmVec3 p) { return om_norm(p) - *(double*)ctx; }
@@ -47,7 +49,7 @@ static void start(Scene* s, Setting set) {
     s->density[0] = s->density[1] = 1000;
     if (set.young > 0) {
         OmTetMesh ball;
-        self_ball(om_vec3(0, 0, 0), RADIUS, 0.016, &ball);
+        self_ball(om_vec3(0, 0, 0), RADIUS, set.edge > 0 ? set.edge : 0.016, &ball);
         int *low = om_alloc((size_t)ball.nvert, sizeof *low), num = 0;
         for (int i = 0; i < ball.nvert; ++i)
             if (ball.x[3 * i + 2] < 0) low[num++] = s->ball + i;
@@ -60,7 +62,7 @@ static void start(Scene* s, Setting set) {
     } else {
         s->r.def.material_default = s->material[0];
     }
-    s->r.def.element = OM_ELEMENT_QUADRATIC;
+    s->r.def.element = set.is_linear ? OM_ELEMENT_LINEAR : OM_ELEMENT_QUADRATIC;
     s->r.def.rayleigh_stiffness = set.is_free ? 0 : 0.01;
     s->r.def.rayleigh_mass = set.is_free ? 0 : 0.1;
     s->r.def.gravity = om_vec3(9.81 * sin(set.tilt), 0, -9.81 * cos(set.tilt));
@@ -104,6 +106,13 @@ static void test_rests_as_on_a_rigid_organ(void** state) {
     OmVec3 f = om_contact_body_force(stiff.r.cw, 0, 1), g = om_contact_body_force(stiff.r.cw, 1, 0);
     assert_near_rel(f.z, weight, 2e-3);
     assert_true(om_norm(om_add(f, g)) <= 1e-15 * om_norm(f));
+    OmVec3 on[2] = {{0, 0, 0}, {0, 0, 0}};  // forces on the vertices of both
+    for (int i = 0; i < om_tissue_mesh(stiff.r.m)->nvert; ++i) {
+        OmVec3* sum = &on[om_contact_body_of(stiff.r.c, i)];
+        *sum = om_add(*sum, om_load3(om_tissue_contact_force(stiff.r.s), i));
+    }
+    assert_near(om_norm(om_sub(on[0], f)), 0, 1e-12);
+    assert_near(om_norm(om_add(on[0], on[1])), 0, 1e-12);
     assert_true(report.ntouch > 20);
     assert_below(report.self_penetration, 5e-6);
     assert_int_equal(report.nsolve, 1);
@@ -130,6 +139,26 @@ static void test_rests_as_on_a_rigid_organ(void** state) {
                 5e-6);
     done(&stiff);
     done(&rigid);
+}
+
+// Linear elements of half the radius: the middles of their triangles are 2.5 mm inside the smooth ball, and the sheet
+// lies on the ball all the same. A sheet that begins 4 mm inside comes out.
+static void test_coarse_and_deep(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        Scene s;
+        start(&s, (Setting){.young = 1e6,
+                            .gap = k ? -4e-3 : 5e-5,
+                            .friction = 0.3,
+                            .nworker = 1,
+                            .is_linear = true,
+                            .edge = 0.02});
+        step(&s, 20);
+        assert_near_rel(om_contact_body_force(s.r.cw, 0, 1).z, 9.81 * self_mass(&s.r, 0), 0.02);
+        for (int i = 0; i < s.ball; ++i)
+            assert_true(om_norm(om_load3(om_tissue_x(s.r.s), i)) > RADIUS - 1e-4);
+        done(&s);
+    }
 }
 
 // A ball of 3 kPa gives way where the sheet lies on it, and only downwards in the mean.
@@ -198,7 +227,7 @@ static void test_friction(void** state) {
             drag += along;
             assert_true(along <= 1.02 * mu * normal + 1e-4);
         }
-        if (k) {  // it slides everywhere, 5 mm a step, and follows the ball
+        if (k) {  // it slides everywhere, 3 mm a step, and follows the ball
             assert_true(drag > 0.9 * mu * push);
             assert_below(report.self_penetration, 5e-6);
         }
@@ -288,6 +317,9 @@ static void test_what_is_refused(void** state) {
     assert_status(create(&s), OM_INVALID);
     s.skin = good, s.skin.vert_begin = -1;
     assert_status(create(&s), OM_INVALID);
+    s.skin = good, s.skin.vert_begin = s.ball + 1;  // not the whole ball
+    assert_status(create(&s), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "not a whole piece"));
     s.skin = good, s.skin.sdf = NULL;
     assert_status(create(&s), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "skin[0]"));
@@ -299,6 +331,7 @@ static void test_what_is_refused(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rests_as_on_a_rigid_organ),
+        cmocka_unit_test(test_coarse_and_deep),
         cmocka_unit_test(test_a_soft_body_gives_way),
         cmocka_unit_test(test_momentum_of_a_collision),
         cmocka_unit_test(test_friction),
