@@ -148,12 +148,12 @@ static void test_coarse_and_deep(void** state) {
     for (int k = 0; k < 2; ++k) {
         Scene s;
         start(&s, (Setting){.young = 1e6,
-                            .gap = k ? -7e-3 : 5e-5,
+                            .gap = k ? -15e-3 : 5e-5,
                             .friction = 0.3,
                             .nworker = 1,
                             .is_linear = true,
                             .edge = 0.02});
-        OmContactReport report = step(&s, 20);
+        OmContactReport report = step(&s, k ? 30 : 20);
         assert_int_equal(report.nsolve, 1);
         assert_below(report.self_penetration, 5e-6);
         assert_near_rel(om_contact_body_force(s.r.cw, 0, 1).z, 9.81 * self_mass(&s.r, 0), 0.02);
@@ -326,7 +326,13 @@ static void test_what_is_refused(void** state) {
     s.skin = good, s.skin.sdf = NULL;
     assert_status(create(&s), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "skin[0]"));
-    s.skin = good;
+    done(&s);
+}
+
+static void test_allocations(void** state) {
+    (void)state;
+    Scene s;
+    start(&s, (Setting){.young = 10000, .gap = 5e-4, .nworker = 1});
     assert_true(test_failing_allocations(create, &s, test_stride(5)) > 2);
     done(&s);
 }
@@ -342,6 +348,7 @@ int main(void) {
         cmocka_unit_test(test_tools_leave_the_body),
         cmocka_unit_test(test_a_sudden_pull_follows_the_ball),
         cmocka_unit_test(test_what_is_refused),
+        cmocka_unit_test(test_allocations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
