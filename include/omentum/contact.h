@@ -41,8 +41,8 @@ OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx
 /// parts too thin for the mesh, nothing is felt.
 typedef struct OmContactSkin {
     const OmSdf* sdf;  // distance from the surface in the body's rest shape, borrowed
-    // The body's vertices in the mesh of the model's definition: whole pieces of the mesh, one or several, which no other
-    // skin has.
+    // The body's vertices in the mesh of the model's definition: whole pieces of the mesh, one or several, which no
+    // other skin has.
     int vert_begin, vert_end;
 } OmContactSkin;
 
@@ -110,7 +110,8 @@ typedef struct OmContact OmContact;
 typedef struct OmContactWork OmContactWork;
 
 OM_API OmContactDef om_contact_default_def(void);
-/// @return OM_OK; OM_INVALID (the message names the field); OM_UNAVAILABLE (self_contact or skins, see there); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (the message names the field); OM_UNAVAILABLE (self_contact or skins, see there);
+///         OM_NO_MEMORY
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);

@@ -46,8 +46,8 @@ OM_API bool om_skin_find(const OmSkin* skin, OmVec3 p, double max_distance, OmSk
 /// om_skin_move, or after one to the rest positions.
 OM_API void om_skin_bind(const OmSkin* skin, OmVec3 rest, OmSkinPlace* place);
 /// Where a bound point is now.
-/// @param turn  out: F, which turns vectors along the surface; a normal turns by its inverse transposed, normalised. May
-///              be null
+/// @param turn  out: F, which turns vectors along the surface; a normal turns by its inverse transposed, normalised.
+///              May be null
 OM_API OmVec3 om_skin_put(const OmSkin* skin, const OmSkinPlace* bound, OmMat3* turn);
 /// Distance of a found place from the zero level of a field at rest, which the skin carries, and the unit normal now.
 /// The field's gradient is a difference over `ring` on both sides: that of a sampled field jumps from cell to cell.
