@@ -190,6 +190,35 @@ static void test_plane(void** state) {
     om_scan_done(&scan);
 }
 
+// What a sensor writes where it measured nothing says nothing: not that something else is there.
+static void test_depth_out_of_range(void** state) {
+    (void)state;
+    static const float bad[] = {0, 65.535F, 0.005F, -1, INFINITY, NAN};
+    Made m;
+    make_picture(&m);
+    for (int k = 0; k < 6; ++k)
+        for (int row = 5; row < 13; ++row)
+            for (int column = 0; column < 3; ++column) {
+                paint(&m, 6 * k + column, row, bad[k], orange);
+                paint(&m, 6 * k + 3 + column, row, bad[k], green);
+            }
+    for (int row = 18; row < 27; ++row)
+        for (int column = 10; column < 20; ++column) paint(&m, column, row, 0.25F, green);
+    OmScanDef def = made_def();
+    for (int use = 0; use < 2; ++use) {
+        def.use_color = use;
+        OmScan scan = scan_of(&m, &def);
+        for (int k = 0; k < 6; ++k)
+            for (int column = 0; column < 6; ++column) {
+                assert_int_equal(class_at(&scan, 6 * k + column, 9), OM_SCAN_UNKNOWN);
+                assert_true(scan.depth[9 * WIDTH + 6 * k + column] == 0);
+            }
+        if (use) assert_int_equal(class_at(&scan, 15, 22), OM_SCAN_OTHER);
+        assert_true(scan.depth[22 * WIDTH + 15] == 0.25F);
+        om_scan_done(&scan);
+    }
+}
+
 // A white spot in the tissue is tissue; beside the tissue, or before it, it is not. Other colours are never tissue.
 static void test_highlights(void** state) {
     (void)state;
@@ -393,17 +422,12 @@ static void test_no_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sheet),
-        cmocka_unit_test(test_more_noise),
-        cmocka_unit_test(test_distortion),
-        cmocka_unit_test(test_scan_says_where_from),
-        cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_highlights),
-        cmocka_unit_test(test_steps_and_specks),
-        cmocka_unit_test(test_grazing),
-        cmocka_unit_test(test_strip),
-        cmocka_unit_test(test_beside_a_tool),
-        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_sheet),         cmocka_unit_test(test_more_noise),
+        cmocka_unit_test(test_distortion),    cmocka_unit_test(test_scan_says_where_from),
+        cmocka_unit_test(test_plane),         cmocka_unit_test(test_depth_out_of_range),
+        cmocka_unit_test(test_highlights),    cmocka_unit_test(test_steps_and_specks),
+        cmocka_unit_test(test_grazing),       cmocka_unit_test(test_strip),
+        cmocka_unit_test(test_beside_a_tool), cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
