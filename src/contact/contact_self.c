@@ -177,6 +177,16 @@ static void catch_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     p->is_active = p->k > 0;
 }
 
+// Lengths of the displacements from x to end, without the common translation, which moves no pair.
+static void measure_ways(OmSelfWork* w, int nvert) {
+    OmVec3 mean = {0, 0, 0};
+    for (int i = 0; i < nvert; ++i)
+        mean = om_madd(mean, 1.0 / nvert, om_sub(om_load3(w->end, i), om_load3(w->x, i)));
+    om_store3(w->mean, 0, mean);
+    for (int i = 0; i < nvert; ++i)
+        w->way[i] = om_norm(om_sub(om_sub(om_load3(w->end, i), om_load3(w->x, i)), mean));
+}
+
 // Side, thickness and first guess of a candidate.
 static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* work, OmSelfPair* p, double h) {
@@ -197,6 +207,7 @@ static void begin_pair(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     if (distance < f->thickness && f->body[p->vert[0]] == f->body[p->vert[3]])
         p->thickness = fmin(p->thickness, REST_SHARE * om__near_distance(p, f->rest));
     p->goal = fmin(0, distance - p->thickness + cw->contact->def.recover_speed * h);
+    if (om__near_bound(p, w->way) >= p->thickness) return;  // too far, whatever is nearest then
     om__near_eval(f, p, w->end, &later);
     if (!isfinite(later.distance)) return;
     // the penetration that is left is the push of the last step
@@ -237,6 +248,7 @@ static OmStatus search(OmContactWork* cw, const OmTissueModel* m, OmTissueState*
     om__self_refit(f, w, w->x, w->end, search.reach);
     OM_TRY(om__self_search(f, w, true, meet, &search));
     for (size_t n = 0; n < 3 * (size_t)f->nvert; ++n) w->end[n] = w->x[n] + w->predicted[n];
+    measure_ways(w, f->nvert);
     if (w->nold > 0) {  // to be matched; the order of a first search is that of the tree
         qsort(w->old, (size_t)w->nold, sizeof *w->old, compare_pairs);
         qsort(w->found, (size_t)w->nfound, sizeof *w->found, compare_found);
@@ -287,16 +299,6 @@ OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work) {
     for (int k = 0; k < w->npair; ++k)
         if (w->pair[k].is_active) OM_TRY(om__pair_add_force(&w->pair[k], work));
     return OM_OK;
-}
-
-// Lengths of the displacements from x to end, without the common translation, which moves no pair.
-static void measure_ways(OmSelfWork* w, int nvert) {
-    OmVec3 mean = {0, 0, 0};
-    for (int i = 0; i < nvert; ++i)
-        mean = om_madd(mean, 1.0 / nvert, om_sub(om_load3(w->end, i), om_load3(w->x, i)));
-    om_store3(w->mean, 0, mean);
-    for (int i = 0; i < nvert; ++i)
-        w->way[i] = om_norm(om_sub(om_sub(om_load3(w->end, i), om_load3(w->x, i)), mean));
 }
 
 // Compare an active pair with the solution; true if it must be solved again.
