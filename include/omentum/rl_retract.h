@@ -52,7 +52,7 @@ typedef struct OmRlRetractDef {  // made by om_rl_retract_default_def; lengths i
     double cluster_spacing;    // default 12.0 mm
     double cluster_radius;     // default 14.9 mm
     double cluster_stiffness;  // default 1
-    bool has_self_collision;   // default false
+    bool has_self_collision;   // the fat does not pass through itself; default false
     double young, poisson;     // of elements, Pa; default 20 kPa, the truth of that study, and 0.45
     double density;            // kg/m^3; default 1000
     // ---- scene

@@ -170,7 +170,8 @@ static OmStatus make_tissue(OmRlRetract* t) {
     OmTissueObstacle ground = om_field_obstacle(om__rl_ground_distance, &t->ground);
     OmContactDef contact = om_contact_default_def();
     contact.nobstacle = 1, contact.obstacle = &ground;
-    if (!is_pbd) contact.friction = FRICTION;
+    if (!is_pbd) contact.friction = contact.self_friction = FRICTION;
+    contact.self_contact = !is_pbd && d->has_self_collision;
     return om_contact_create(&contact, t->tissue, &t->contact);
 }
 
