@@ -53,30 +53,41 @@ done:
     return status;
 }
 
-// The surface of the organ where the mesh does not reach: no contact is felt there.
-static OmStatus warn_of_loss(const OmScene* scene, const OmSite* site) {
+static OmStatus tree_of(const OmTetMesh* mesh, OmSurfaceTree** tree) {
     OmSurface surface;
-    OmSurfaceTree* tree = NULL;
-    OM_TRY(om_tet_mesh_boundary(&site->soft, &surface, NULL));
-    OmStatus status = om_surface_tree_create(&surface, &tree);
+    *tree = NULL;
+    OM_TRY(om_tet_mesh_boundary(mesh, &surface, NULL));
+    OmStatus status = om_surface_tree_create(&surface, tree);
     om_surface_done(&surface);
-    OM_TRY(status);
+    return status;
+}
+
+// The surface of the organ under the tissue where the organ's mesh does not reach: no contact is felt there.
+static OmStatus warn_of_loss(const OmScene* scene, const OmSite* site) {
+    const double edge = scene->organ.edge;
+    OmSurfaceTree *organ = NULL, *tissue = NULL;
+    OmStatus status = OM_OK;
     double farthest = 0;
     OmVec3 at = {0, 0, 0};
+    OM_TRY_DONE(tree_of(&site->soft, &organ));
+    OM_TRY_DONE(tree_of(&site->mesh, &tissue));
     for (int i = 0; i < site->organ.nvert; ++i) {
         OmSurfacePoint q;
         OmVec3 p = om_load3(site->organ.x, i);
-        if (!om_surface_tree_find(tree, p, NULL, INFINITY, &q) || q.distance <= farthest) continue;
+        if (!om_surface_tree_find(tissue, p, NULL, edge, NULL)) continue;
+        if (!om_surface_tree_find(organ, p, NULL, INFINITY, &q) || q.distance <= farthest) continue;
         farthest = q.distance;
         at = p;
     }
-    om_surface_tree_destroy(tree);
-    if (farthest > LOST * scene->organ.edge)
+    if (farthest > LOST * edge)
         om_log(OM_LOG_WARNING,
-               "%s: organ: its mesh does not reach (%.1f, %.1f, %.1f) mm, %.1f mm away, and the "
-               "tissue is not felt there; a smaller organ: edge_mm reaches further",
+               "%s: organ: under the tissue its mesh does not reach (%.1f, %.1f, %.1f) mm, %.1f mm "
+               "away, where the tissue is not felt; a smaller organ: edge_mm reaches further",
                om_scene_label(scene), 1e3 * at.x, 1e3 * at.y, 1e3 * at.z, 1e3 * farthest);
-    return OM_OK;
+done:
+    om_surface_tree_destroy(organ);
+    om_surface_tree_destroy(tissue);
+    return status;
 }
 
 void om__site_set_organ(const OmScene* scene, OmSite* site) {
