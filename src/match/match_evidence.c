@@ -20,7 +20,6 @@
 #define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
 #define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
 #define SOFT 0.001     // ... of vertices that are not seen
-#define BEFORE 0.0025  // m, before a place: what is seen there hides it
 #define SUPPORT 2.0    // edges: a scan point this near shows a vertex
 
 typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
@@ -36,7 +35,7 @@ static bool is_empty(const OmScan* scan, OmVec3 p) {
     int i = (int)v * scan->camera.width + (int)u;
     if (scan->pixel[i] != OM_SCAN_OTHER) return false;
     double z = om_pose_apply(om_pose_inverse(scan->camera.pose_world_camera), p).z;
-    return !scan->depth || (double)scan->depth[i] > z - BEFORE;
+    return !scan->depth || (double)scan->depth[i] > z - OM__MATCH_BEFORE;
 }
 
 // What the picture shows at the rest position p of a vertex with normal `rest_n`, and INSIDE from it towards `centre`:

@@ -5,6 +5,8 @@
 #include "omentum/fem.h"
 #include "omentum/match.h"
 
+#define OM__MATCH_BEFORE 0.0025  // m: another thing this much before a place of the tissue hides it
+
 typedef struct MatchHeld {  // the grasped vertices of a load, with their goals
     int nvert;
     int* vert;     // (nvert of the mesh)

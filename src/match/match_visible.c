@@ -94,6 +94,17 @@ static int picture_at(const MatchBuffer* m, int column, int row) {
     return m->scan->pixel[(size_t)row * (size_t)c->width + (size_t)column];
 }
 
+// Whether the picture shows another thing before depth z at a pixel of the buffer: it hides the twin, as a tool does.
+static bool is_hidden(const MatchBuffer* m, int x, int y, double z) {
+    const OmCamera* c = &m->scan->camera;
+    if (!m->scan->pixel || !m->scan->depth) return false;
+    int column = x * m->step + m->step / 2, row = y * m->step + m->step / 2;
+    if (column >= c->width || row >= c->height) return false;
+    size_t i = (size_t)row * (size_t)c->width + (size_t)column;
+    double shown = (double)m->scan->depth[i];
+    return m->scan->pixel[i] == OM_SCAN_OTHER && shown > 0 && shown < z;
+}
+
 // What the picture shows at a pixel of the buffer. Other things count only with other things around: outlines of twin
 // and tissue differ by a pixel.
 static int class_at(const MatchBuffer* m, int x, int y) {
@@ -112,6 +123,7 @@ static int class_at(const MatchBuffer* m, int x, int y) {
 static bool look(MatchBuffer* m, int x, int y, double z, double slack) {
     if (x < 0 || y < 0 || x >= m->width || y >= m->height) return false;
     if (z > (double)m->depth[(size_t)y * (size_t)m->width + (size_t)x] + slack) return false;
+    if (is_hidden(m, x, y, z - OM__MATCH_BEFORE)) return false;
     int shown = class_at(m, x, y);
     m->ntissue += shown == OM_SCAN_TISSUE;
     m->nother += shown == OM_SCAN_OTHER;

@@ -279,10 +279,58 @@ static void test_workers(void** state) {
     end(&rig);
 }
 
+// Cover a part of the picture of the tissue: a class at a depth; returns the estimate.
+static OmMatchEstimate covered(const Rig* rig, int class, float depth) {
+    OmAcquisition acq = rig->acq[0];
+    const int w = acq.scan.camera.width, h = acq.scan.camera.height;
+    acq.scan.pixel = om_alloc((size_t)(w * h), 1);
+    acq.scan.depth = om_calloc((size_t)(w * h), sizeof *acq.scan.depth);
+    memset(acq.scan.pixel, OM_SCAN_TISSUE, (size_t)(w * h));
+    for (int y = h / 4; y < 3 * h / 4; ++y)
+        for (int x = w / 4; x < w / 2; ++x) {
+            acq.scan.pixel[y * w + x] = (unsigned char)class;
+            acq.scan.depth[y * w + x] = depth;
+        }
+    OmMatchEstimate e;
+    OmStatus status = om_match_update(rig->match, 1, &acq, NULL, &e);
+    assert_true(status >= 0);
+    om_free(acq.scan.pixel);
+    om_free(acq.scan.depth);
+    return e;
+}
+
+// A cloth before the tissue hides it, as a tool does; the board behind it says that the tissue is gone.
+static void test_what_lies_before_the_tissue(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate tool = covered(&rig, OM_SCAN_TOOL, 0.1F),
+                    cloth = covered(&rig, OM_SCAN_OTHER, 0.1F),
+                    board = covered(&rig, OM_SCAN_OTHER, 0.5F);
+    const size_t size = (size_t)tool.nvert * sizeof *tool.probability;
+    assert_memory_equal(tool.probability, cloth.probability, size);
+    assert_memory_equal(tool.attached, cloth.attached, (size_t)tool.nvert);
+    assert_memory_equal(tool.x, cloth.x, 3 * size);
+    assert_memory_equal(tool.shape, cloth.shape, 3 * size);
+    assert_true(tool.seen_share == cloth.seen_share && tool.after_mean == cloth.after_mean);
+    assert_true(memcmp(tool.probability, board.probability, size) != 0);
+    double sum[2] = {0, 0};
+    for (int i = 0; i < tool.nvert; ++i)
+        sum[0] += tool.probability[i], sum[1] += board.probability[i];
+    assert_true(sum[1] < sum[0]);
+    om_match_estimate_done(&tool);
+    om_match_estimate_done(&cloth);
+    om_match_estimate_done(&board);
+    end(&rig);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_half),   cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_advice), cmocka_unit_test(test_sets),
-        cmocka_unit_test(test_memory), cmocka_unit_test(test_workers)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_half),
+                                       cmocka_unit_test(test_refusals),
+                                       cmocka_unit_test(test_advice),
+                                       cmocka_unit_test(test_sets),
+                                       cmocka_unit_test(test_memory),
+                                       cmocka_unit_test(test_workers),
+                                       cmocka_unit_test(test_what_lies_before_the_tissue)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
