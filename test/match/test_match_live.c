@@ -282,7 +282,7 @@ static void test_lost(void** state) {
     end(&rig);
 }
 
-// A tool before the whole picture, and a picture of the board alone.
+// A tool before the whole picture, a picture of the board alone, and a cloth before the tissue.
 static void test_hidden(void** state) {
     (void)state;
     Rig rig;
@@ -298,6 +298,11 @@ static void test_hidden(void** state) {
         rig.scan.x[3 * i + 2] = THICK, rig.scan.normal[3 * i + 2] = 1;
     memset(rig.scan.pixel, OM_SCAN_OTHER, npixel);
     check_lost(&rig, "no tissue in 100 %");
+    rig.scan.depth = om_alloc(npixel, sizeof *rig.scan.depth);
+    for (size_t i = 0; i < npixel; ++i) rig.scan.depth[i] = 5;  // the board, behind
+    check_lost(&rig, "no tissue in 100 %");
+    for (size_t i = 0; i < npixel; ++i) rig.scan.depth[i] = 0.01F;  // a cloth hides all, as a tool
+    check_lost(&rig, "no point");
     memset(rig.scan.pixel, OM_SCAN_TISSUE, npixel);
     OmMatchPairs p;
     assert_ok(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p));
