@@ -105,7 +105,8 @@ OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p
 
 /// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, if the vertex is inside,
 /// or if it would be inside at x + h v and the surface there looks at the obstacle.
-/// Each of these also does the work of its siblings in contact_skin.h and contact_self.h.
+/// Each of these also does the work of its siblings in contact_skin.h and contact_self.h, or that of contact_pair.h for
+/// the pairs of both.
 /// @return OM_OK; OM_NO_MEMORY
 OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                                 const OmTissueWork* work, double h);

@@ -88,10 +88,19 @@ double om__pair_gap_at_end(const OmSelfPair* p, const double* x, const double* e
     return p->gap - p->goal + om_dot(p->n, d);
 }
 
-OmStatus om__pair_add_force(const OmSelfPair* p, OmTissueWork* work) {
-    OmMat3 K = om_mat3_add(om_mat3_scale(p->k, om_mat3_outer(p->n, p->n)), p->friction_K);
-    OmVec3 f = om_madd(p->friction, p->k * (p->goal - p->gap), p->n);
-    return om_tissue_add_tie(work, p->vert, p->weight, f, K);
+OmStatus om__pairs_add_forces(int npair, const OmSelfPair* pair, OmTissueWork* work) {
+    for (int k = 0; k < npair; ++k) {
+        const OmSelfPair* p = &pair[k];
+        if (!p->is_active) continue;
+        OmMat3 K = om_mat3_add(om_mat3_scale(p->k, om_mat3_outer(p->n, p->n)), p->friction_K);
+        OmVec3 f = om_madd(p->friction, p->k * (p->goal - p->gap), p->n);
+        OM_TRY(om_tissue_add_tie(work, p->vert, p->weight, f, K));
+    }
+    return OM_OK;
+}
+
+void om__pairs_close_set(int npair, OmSelfPair* pair) {
+    for (int k = 0; k < npair; ++k) pair[k].is_closed |= !pair[k].is_active;
 }
 
 void om__pairs_begin_update(OmPairSums* sums, int npair, const OmSelfPair* pair, const double* x,

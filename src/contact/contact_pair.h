@@ -55,7 +55,9 @@ double om__pair_stiffness(const OmTissueModel* model, OmTissueState* state,
 void om__pair_begin_friction(OmSelfPair* pair, double mu, double h);
 /// Gap less goal at the positions `end` of the last solve, by the closest points that it had; x: at its beginning.
 double om__pair_gap_at_end(const OmSelfPair* pair, const double* x, const double* end);
-OmStatus om__pair_add_force(const OmSelfPair* pair, OmTissueWork* work);
+OmStatus om__pairs_add_forces(int npair, const OmSelfPair* pair, OmTissueWork* work);
+/// Pairs that are free stay free for the rest of this step.
+void om__pairs_close_set(int npair, OmSelfPair* pair);
 /// Start the sums for the update after a solve.
 void om__pairs_begin_update(OmPairSums* sums, int npair, const OmSelfPair* pair, const double* x,
                             const double* end);

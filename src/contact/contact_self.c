@@ -293,14 +293,6 @@ OmStatus om__self_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissue
 
 // ---- stages of a step -----------------------------------------------------------------------------------
 
-OmStatus om__self_add_forces(OmContactWork* cw, OmTissueWork* work) {
-    OmSelfWork* w = cw->self;
-    if (!w) return OM_OK;
-    for (int k = 0; k < w->npair; ++k)
-        if (w->pair[k].is_active) OM_TRY(om__pair_add_force(&w->pair[k], work));
-    return OM_OK;
-}
-
 // Compare an active pair with the solution; true if it must be solved again.
 static bool update_active(const OmSelf* f, OmSelfWork* w, OmSelfPair* p, double h, bool is_damped) {
     double end = om__pair_gap_at_end(p, w->x, w->end);
@@ -407,21 +399,6 @@ OmStatus om__self_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTiss
     w->sums.nswitch +=
         w->sums.nactive > nactive ? w->sums.nactive - nactive : nactive - w->sums.nactive;
     return OM_OK;
-}
-
-void om__self_close_set(OmContactWork* cw) {
-    for (int k = 0; cw->self && k < cw->self->npair; ++k)
-        cw->self->pair[k].is_closed |= !cw->self->pair[k].is_active;
-}
-
-void om__self_begin_line(OmContactWork* cw, const OmTissueState* s, const double* last,
-                         const double* increment, double h, OmContactLine* line) {
-    if (cw->self)
-        om__pairs_begin_line(cw->self->npair, cw->self->pair, s, last, increment, h, line);
-}
-
-void om__self_add_line(const OmContactWork* cw, double at, double* slope) {
-    if (cw->self) om__pairs_add_line(cw->self->npair, cw->self->pair, at, slope);
 }
 
 // The first pair that would pass, or null.

@@ -108,15 +108,10 @@ OmStatus om__self_search(const OmSelf* self, OmSelfWork* sw, bool skips, OmSelfM
 
 OmStatus om__self_find_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                              OmTissueState* state, const OmTissueWork* work, double h);
-OmStatus om__self_add_forces(struct OmContactWork* cw, OmTissueWork* work);
 /// @param nchange  out: how many pairs changed
 OmStatus om__self_update_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                                OmTissueState* state, const OmTissueWork* work, double h,
                                bool is_damped, int* nchange);
-void om__self_close_set(struct OmContactWork* cw);
-void om__self_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
-                         const double* increment, double h, struct OmContactLine* line);
-void om__self_add_line(const struct OmContactWork* cw, double at, double* slope);
 /// A tool whose tissue would pass in a short substep is held back: it stands still for the rest of the step. Where
 /// def.max_work is spent, or the substep is the shortest, a solution that would pass is replaced by one in which tools
 /// and all free vertices stop.

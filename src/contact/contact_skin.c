@@ -4,7 +4,7 @@
 // the mesh (shape_skin.h): a vertex of other tissue is mapped to the organ at rest, where the field has its distance
 // and normal. The pair is the vertex and the triangle of the organ's boundary that is nearest, so the organ feels the
 // opposite force. As a stiff organ hardly moves, contact on it is that on the rigid organ (contact_vertex.c); facets
-// of the mesh are not felt, and it may penetrate the tissue on it.
+// of the mesh are not felt, and the mesh may reach into the tissue.
 //
 // The active set is found as in contact_vertex.c, and so are first guesses: a vertex that was pushed in the last step,
 // one that is inside, or would be if nothing else acted and its surface looks at the organ.
@@ -272,13 +272,6 @@ void om__skins_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSta
     }
 }
 
-OmStatus om__skins_add_forces(OmContactWork* cw, OmTissueWork* work) {
-    const OmRideWork* w = cw->ride;
-    for (int k = 0; w && k < w->npair; ++k)
-        if (w->pair[k].is_active) OM_TRY(om__pair_add_force(&w->pair[k], work));
-    return OM_OK;
-}
-
 // Compare an active pair with the solution; true if it must be solved again.
 static bool update_active(const OmContact* c, OmRideWork* w, OmSelfPair* p, double h,
                           bool is_damped) {
@@ -329,21 +322,6 @@ int om__skins_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueSt
         if (!p->is_closed) om__pair_activate(&w->sums, p);
     }
     return om__pairs_count_changes(&w->sums, nchange);
-}
-
-void om__skins_close_set(OmContactWork* cw) {
-    for (int k = 0; cw->ride && k < cw->ride->npair; ++k)
-        cw->ride->pair[k].is_closed |= !cw->ride->pair[k].is_active;
-}
-
-void om__skins_begin_line(OmContactWork* cw, const OmTissueState* s, const double* last,
-                          const double* increment, double h, OmContactLine* line) {
-    if (cw->ride)
-        om__pairs_begin_line(cw->ride->npair, cw->ride->pair, s, last, increment, h, line);
-}
-
-void om__skins_add_line(const OmContactWork* cw, double at, double* slope) {
-    if (cw->ride) om__pairs_add_line(cw->ride->npair, cw->ride->pair, at, slope);
 }
 
 OmStatus om__skins_report_pairs(OmContactWork* cw, OmTissueState* s) {

@@ -36,15 +36,10 @@ OmStatus om__skins_work_create(const struct OmContact* contact, OmRideWork** wor
 void om__skins_work_destroy(const struct OmContact* contact, OmRideWork* work);
 void om__skins_find_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                           OmTissueState* state, const OmTissueWork* work, double h);
-OmStatus om__skins_add_forces(struct OmContactWork* cw, OmTissueWork* work);
 /// @return how many pairs changed
 int om__skins_update_pairs(struct OmContactWork* cw, const OmTissueModel* model,
                            OmTissueState* state, const OmTissueWork* work, double h,
                            bool is_damped);
-void om__skins_close_set(struct OmContactWork* cw);
-void om__skins_begin_line(struct OmContactWork* cw, const OmTissueState* state, const double* last,
-                          const double* increment, double h, struct OmContactLine* line);
-void om__skins_add_line(const struct OmContactWork* cw, double at, double* slope);
 OmStatus om__skins_report_pairs(struct OmContactWork* cw, OmTissueState* state);
 
 #endif

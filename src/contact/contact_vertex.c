@@ -184,6 +184,19 @@ OmStatus om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTis
     return om__self_find_pairs(cw, m, s, w, h);
 }
 
+// Pairs of places of the tissue: vertices against skins, and the tissue against itself.
+enum { SKINS, SELF, NKIND };
+
+typedef struct OmPairs {
+    int npair;
+    OmSelfPair* pair;
+} OmPairs;
+
+static OmPairs pairs_of(const OmContactWork* cw, int kind) {
+    if (kind == SKINS) return cw->ride ? (OmPairs){cw->ride->npair, cw->ride->pair} : (OmPairs){0};
+    return cw->self ? (OmPairs){cw->self->npair, cw->self->pair} : (OmPairs){0};
+}
+
 OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
     for (int k = 0; k < cw->npair; ++k) {
         OmContactPair* pair = &cw->pair[k];
@@ -206,8 +219,11 @@ OmStatus om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
         }
         om_tissue_add_force(w, pair->vert, f, K);
     }
-    OM_TRY(om__skins_add_forces(cw, w));
-    return om__self_add_forces(cw, w);
+    for (int kind = 0; kind < NKIND; ++kind) {
+        OmPairs list = pairs_of(cw, kind);
+        OM_TRY(om__pairs_add_forces(list.npair, list.pair, w));
+    }
+    return OM_OK;
 }
 
 static int update_vertices(OmContactWork* cw, const OmTissueState* s, const OmTissueWork* w,
@@ -268,8 +284,10 @@ OmStatus om__contact_update_pairs(OmContactWork* cw, const OmTissueModel* m, OmT
 
 void om__contact_close_set(OmContactWork* cw) {
     for (int k = 0; k < cw->npair; ++k) cw->pair[k].is_closed |= !cw->pair[k].is_active;
-    om__skins_close_set(cw);
-    om__self_close_set(cw);
+    for (int kind = 0; kind < NKIND; ++kind) {
+        OmPairs list = pairs_of(cw, kind);
+        om__pairs_close_set(list.npair, list.pair);
+    }
 }
 
 double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* s, double h) {
@@ -297,8 +315,10 @@ void om__contact_begin_line(OmContactWork* cw, const OmTissueState* s, const dou
         line->slope += pair->k * pair->depth * pair->depth_rate;
         line->curve -= pair->k * pair->depth_rate * pair->depth_rate;
     }
-    om__skins_begin_line(cw, s, last, increment, h, line);
-    om__self_begin_line(cw, s, last, increment, h, line);
+    for (int kind = 0; kind < NKIND; ++kind) {
+        OmPairs list = pairs_of(cw, kind);
+        om__pairs_begin_line(list.npair, list.pair, s, last, increment, h, line);
+    }
 }
 
 void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
@@ -307,8 +327,10 @@ void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
         if (!pair->is_active) continue;
         *slope -= pair->k * fmax(0, pair->depth - at * pair->depth_rate) * pair->depth_rate;
     }
-    om__skins_add_line(cw, at, slope);
-    om__self_add_line(cw, at, slope);
+    for (int kind = 0; kind < NKIND; ++kind) {
+        OmPairs list = pairs_of(cw, kind);
+        om__pairs_add_line(list.npair, list.pair, at, slope);
+    }
 }
 
 OmStatus om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
