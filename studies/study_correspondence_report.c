@@ -5,8 +5,6 @@
 #include "studies/study_correspondence.h"
 #include "studies/study_table.h"
 
-#define MAX_PATH 1024
-
 // One case of a way.
 static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* result) {
     unsigned char which[256] = {0};
@@ -191,7 +189,6 @@ static OmStatus put_cases(OmJson* json, const Cor* s) {
 }
 
 static OmStatus write_json(const Cor* s) {
-    char path[MAX_PATH];
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -205,9 +202,7 @@ static OmStatus write_json(const Cor* s) {
     om_json_close(&json, '}');
     OmStatus status = put_cases(&json, s);
     om_json_close(&json, '}');
-    if (status == OM_OK) return om_json_save(&json, path);
-    om_text_done(&text);
-    return status;
+    return om__study_save_json(s->def->out_dir, &json, status);
 }
 
 static OmStatus write_csv(const Cor* s) {

@@ -33,6 +33,7 @@ static void test_study(void** unused) {
     assert_ok(om_study_correspondence_run(&def, NULL, &first));
     assert_int_equal(first.ncase, 4);
     assert_int_equal(first.nnew, 4);
+    assert_true(om_path_exists(in_dir("study.json")));
     const OmStudyWayResult *rest = &first.fold[OM_STUDY_REST],
                            *twin = &first.fold[OM_STUDY_TWIN_END];
     assert_true(rest->npoint > 100 && rest->npoint < first.all[OM_STUDY_REST].npoint);
