@@ -319,8 +319,8 @@ static inline const char* om_scene_label(const OmScene* scene) {
 /// The camera at a pose: with its lens and a range of depth from 10 mm to 2 m.
 OM_API OmCamera om_scene_camera_place(const OmSceneCamera* camera, OmPose pose_world_camera);
 
-/// Append the scene as a file, with every default filled in: read again it gives the same run. Paths are those of
-/// the scene, so `data_root` should be absolute if the file is to lie elsewhere.
+/// Append the scene as a file, with every default filled in: read again it gives the same run. Values without effect
+/// become defaults. Paths are those of the scene, so `data_root` should be absolute if the file is to lie elsewhere.
 /// @param is_commented  with unit, range and meaning of every key
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_scene_print(const OmScene* scene, bool is_commented, OmText* text);

@@ -3,10 +3,29 @@
 
 #include "scene/scene_keys.h"
 
+// A scene that a program made may hold values without effect, which the reader refuses (check_uses).
+static void forget_unused(OmScene* s) {
+    const OmScene plain = om_scene_default();
+    OmSceneBelief* b = &s->believed;
+    if (s->tissue.source >= OM_SOURCE_PATIENT) s->attach.kind = OM_ATTACH_SET;
+    if (s->attach.kind != OM_ATTACH_BOX) s->attach.lo = s->attach.hi = om_vec3(0, 0, 0);
+    if (b->kind != OM_BELIEF_BOX) b->lo = b->hi = om_vec3(0, 0, 0);
+    if (b->kind != OM_BELIEF_SAME) {
+        b->shift = om_vec3(0, 0, 0);
+        b->grow = 0;
+        b->ratio = 1;
+    }
+    if (b->kind != OM_BELIEF_PATCH) {
+        b->seed = plain.believed.seed;
+        b->share = plain.believed.share;
+    }
+    if (s->roi.is_random) s->roi.center = om_vec3(0, 0, 0);
+}
+
 OmStatus om_scene_print(const OmScene* scene, bool is_commented, OmText* text) {
     OmScene s = *scene;
     s.calibrated[0] = 0;  // the scene already contains its values
-    if (s.tissue.source >= OM_SOURCE_PATIENT) s.attach.kind = OM_ATTACH_SET;
+    forget_unused(&s);
     OmYamlPrint options = {.group = OM__SCENE_IN(s.tissue.source), .is_commented = is_commented};
     return om_yaml_print(&om__scene_schema, &s, &options, text);
 }

@@ -380,6 +380,38 @@ static void test_printed_scenes_read_again(void** state) {
     }
 }
 
+// A scene that a program filled has values without effect, which the reader refuses: a print leaves them out, and keeps
+// the values that the kinds use.
+static void test_values_without_effect_are_not_printed(void** state) {
+    (void)state;
+    for (int k = 0; k < 2 * 4 * 3; ++k) {
+        OmScene s = om_scene_default(), again;
+        OmText text = {0};
+        s.attach.kind = k % 2 ? OM_ATTACH_BOX : OM_ATTACH_RANDOM;
+        s.believed.kind = (OmBeliefKind)(k / 2 % 4);
+        s.tissue.source = (OmTissueSource)(k / 8);
+        s.roi.is_random = k % 3 == 0;
+        s.attach.lo.x = s.believed.lo.y = -0.01, s.attach.hi.x = s.believed.hi.y = 0.01;
+        s.believed.shift.x = 0.02, s.believed.grow = 0.003, s.believed.ratio = 0.5;
+        s.believed.seed = 9, s.believed.share = 0.2;
+        s.roi.center.x = 0.04;
+        snprintf(s.tissue.file, sizeof s.tissue.file, "a.vtu");
+        assert_ok(om_scene_print(&s, false, &text));
+        assert_ok(om_scene_parse(text.str, text.len, "printed.yaml", &again));
+        const OmSceneBelief* b = &again.believed;
+        assert_int_equal(b->kind, s.believed.kind);
+        assert_true((b->lo.y == -0.01) == (b->kind == OM_BELIEF_BOX) && b->hi.y == -b->lo.y);
+        assert_true((b->shift.x == 0.02) == (b->kind == OM_BELIEF_SAME));
+        assert_true((b->grow == 0.003) == (b->kind == OM_BELIEF_SAME));
+        assert_true((b->ratio == 0.5) == (b->kind == OM_BELIEF_SAME));
+        assert_true((b->seed == 9) == (b->kind == OM_BELIEF_PATCH));
+        assert_true((b->share == 0.2) == (b->kind == OM_BELIEF_PATCH));
+        assert_true((again.roi.center.x == 0.04) == !again.roi.is_random);
+        assert_true((again.attach.lo.x == -0.01) == (again.attach.kind == OM_ATTACH_BOX));
+        om_text_done(&text);
+    }
+}
+
 // The example is the built-in scene, and names every key of every table.
 static void test_example_and_keys(void** state) {
     (void)state;
@@ -461,6 +493,7 @@ int main(void) {
         cmocka_unit_test(test_foundation_needs_area),
         cmocka_unit_test(test_impossible_sites_are_explained),
         cmocka_unit_test(test_printed_scenes_read_again),
+        cmocka_unit_test(test_values_without_effect_are_not_printed),
         cmocka_unit_test(test_example_and_keys),
         cmocka_unit_test(test_world_mesh_follows_the_twin),
         cmocka_slow_test(test_world_edge_is_derived),
