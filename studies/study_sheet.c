@@ -100,7 +100,8 @@ static OmStatus put_scene(const Sheet* s, OmText* t) {
                           "  cluster_stiffness: %.9g\n"
                           "attachments: {kind: box, lo_mm: [-46, -46, -1], hi_mm: [-38, 46, 4]}\n"
                           "roi: {random: false, center_mm: [0, 0, 1], radius_mm: 2}\n"
-                          "world: {young_factor: 1}\n",
+                          "world: {young_factor: 1}\n"
+                          "task: {watch_force: false}    # positions have no forces in newtons\n",
                           1e3 * s->thesis[0], 1e3 * s->thesis[1], s->thesis[2]));
     return put_file(s, "sheet.yaml", t);
 }

@@ -23,6 +23,12 @@ $ grep -A9 '^organ:' demo/scene.yaml
 exit 0
 out deforms: truth
 
+# Its scenes name data that is there, from another folder and after the demo has moved.
+$ mv demo moved && mkdir other && cd other && for f in scene run/scene run/belief; do $OMENTUM retract ../moved/$f.yaml --dry-run -q || exit; done | grep -c 'the scene can be run'
+exit 0
+out ^3$
+no-err
+
 $ omentum demo --slow
 exit 2
 err-lines 1
