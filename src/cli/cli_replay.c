@@ -38,6 +38,7 @@ int om_cli_replay(int argc, char** argv) {
     if (status < 0) return om_cli_fail("replay", status);
     om_cli_progress_done();
     printf("%s\n", r.reason);
+    if (r.note[0]) printf("note: %s\n", r.note);
     if (r.line) printf("the run:\n%s\nthe replay:\n%s\n", r.was, r.now);
     om_cli_figure("same", r.is_same);
     om_cli_figure("lines", r.nline);
@@ -54,7 +55,8 @@ const OmCliVerb om_cli_verb_replay = {
     .usage = "omentum replay DIR [options]",
     .about =
         "DIR is the folder of a run with --record. Its observations are decided again, and the audit is compared with\n"
-        "DIR/audit.jsonl. Exit code 0: all lines are the same; 1: one differs, and both are printed.",
+        "DIR/audit.jsonl. Exit code 0: all lines are the same; 1: one differs, and both are printed; 3: also where\n"
+        "DIR/scene.yaml or a file that the replay reads was changed since the run.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum retract scenes/belief.yaml --defras --record -o out/recorded\n"

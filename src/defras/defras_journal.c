@@ -75,6 +75,7 @@ static OmStatus write_begin(const OmRetractDef* def, const JournalTwin* twin, Jo
     if (!def->records_observations) return OM_OK;
     OM_TRY(om_path_join(j->dir, OM__SITE_FILE, path, sizeof path));
     OM_TRY(om__belief_save(twin->site, path));
+    OM_TRY(om__seal_save(j->dir));
     OM_TRY(om_path_join(j->dir, OM__LOG_FILE, path, sizeof path));
     return om_world_create_recorded(j->world, path, &j->recorded);
 }
@@ -158,6 +159,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
         OM_TRY(om_world_log_end(j->recorded));
         OM_TRY(add_name(j, OM__LOG_FILE));
         OM_TRY(add_name(j, OM__SITE_FILE));
+        OM_TRY(add_name(j, OM__SEAL_FILE));
     }
     OM_TRY(add_name(j, OM__AUDIT_FILE));
     OM_TRY(add_name(j, OM__SCENE_FILE));

@@ -13,6 +13,7 @@
 #define OM__SITE_FILE "belief.h5"      // the twin's site, of a run with observations
 #define OM__PROGRAM_FILE "program.lp"  // only of a run with a program of its own
 #define OM__PLAN_FILE "plan.json"      // only of a run with a plan before the operation
+#define OM__SEAL_FILE "hashes.json"    // of the files above, of a run with observations
 #define OM__MAX_AUDIT ((size_t)256 << 20)
 
 // A command of the recorded run.
@@ -56,6 +57,11 @@ OmWorld* om__journal_world(const Journal* journal);  // that the loop is to use
 const char* om__journal_text(const Journal* journal);
 // Listeners, to be called before the recorder. @return their number, at most 2
 int om__journal_listeners(Journal* journal, OmLoopListener listener[2]);
+
+// defras_seal.c: write OM__SEAL_FILE of the files that are in `dir`; compare them with it. A missing OM__SCENE_FILE is no
+// change. @return OM_OK; OM_INVALID (a file was changed, added or removed: the message names it); OM_IO; OM_NO_MEMORY
+OmStatus om__seal_save(const char* dir);
+OmStatus om__seal_check(const char* dir, bool* is_stated);
 
 // defras_retract.c: om_retract_run; with a replay, on its observations and without a truth.
 OmStatus om__retract_run(const OmRetractDef* def, Replay* replay, const OmProgress* progress,

@@ -211,7 +211,7 @@ static void print_reason(const char* dir, const Replay* r, OmReplayResult* resul
 typedef struct Files {  // of the run
     char log[1200], program[1200], plan[1200], site[1200];
     char *audit, *belief;
-    bool has_program, has_plan;
+    bool has_program, has_plan, is_sealed;
     OmPreplan preplan;
 } Files;
 
@@ -221,6 +221,7 @@ static OmStatus read_files(const char* dir, Files* f) {
     OM_TRY(om_path_join(dir, OM__LOG_FILE, f->log, sizeof f->log));
     OM_CHECK(om_path_exists(f->log), OM_INVALID,
              "%s has no %s; record a run by omentum retract --record", dir, OM__LOG_FILE);
+    OM_TRY(om__seal_check(dir, &f->is_sealed));
     OM_TRY(om_path_join(dir, OM__PROGRAM_FILE, f->program, sizeof f->program));
     f->has_program = om_path_exists(f->program);
     OM_TRY(om_path_join(dir, OM__PLAN_FILE, f->plan, sizeof f->plan));
@@ -256,6 +257,10 @@ static OmStatus replay_files(const OmReplayDef* def, const Files* f, OmScene* sc
     if (def->path && r->audit.str) OM_TRY(om_file_write(def->path, r->audit.str, r->audit.len));
     OM_TRY(compare(f->audit, r, result));
     print_reason(def->dir, r, result);
+    if (!f->is_sealed)
+        snprintf(result->note, sizeof result->note,
+                 "the record has no " OM__SEAL_FILE ", as older versions made it: whether " OM__SCENE_FILE
+                 " was changed since is not known");
     return OM_OK;
 }
 

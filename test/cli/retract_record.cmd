@@ -23,6 +23,18 @@ $ omentum replay -q recorded -o recorded-again.jsonl && cmp recorded/audit.jsonl
 exit 0
 out ^recorded: decided again from its observations: all \d+ lines are the same, 1 plans in \d\.\d s$
 no-err
+
+# A changed scene is named, a record of an older version gets a note.
+$ cp -r recorded older && rm older/hashes.json && sed -i 's/^seed: 1$/seed: 2/' recorded/scene.yaml && omentum replay -q recorded
+exit 3
+err recorded/scene\.yaml was changed since the run was recorded \(hash [0-9a-f]{16}, now [0-9a-f]{16}\): .*put the recorded file back, or .*omentum retract recorded/scene\.yaml --record -o DIR
+err-lines 1
+$ sed -i 's/^seed: 2$/seed: 1/' recorded/scene.yaml && omentum replay -q older && $OMENTUM replay -q recorded > said && grep -c note said
+exit 1
+out ^older: decided again from its observations: all \d+ lines are the same
+out ^note: the record has no hashes\.json, as older versions made it
+out ^0$
+
 $ sed -i '3s/psm1/psm2/' recorded/audit.jsonl && omentum replay -q recorded
 exit 1
 out ^recorded: line 3 of the audit differs$

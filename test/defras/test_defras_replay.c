@@ -8,6 +8,7 @@
 #include "loop_rig.h"
 
 #include "defras/defras_belief.h"
+#include "defras/defras_journal.h"
 #include "omentum/defras_audit.h"
 #include "omentum/defras_replay.h"
 #include "omentum/world_log.h"
@@ -189,6 +190,66 @@ static void test_folders_without_a_record_are_refused(void** state) {
     assert_status(replay_run("changed", 1, &r), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "real time"));
     assert_null(r.was);
+}
+
+// ---- files that were changed since ---------------------------------------------------------------------------
+
+static OmStatus check_seal(void* ctx) {
+    bool is_stated;
+    return om__seal_check(ctx, &is_stated);
+}
+
+static OmStatus save_seal(void* ctx) { return om__seal_save(ctx); }
+
+// The run of a scene names each file that differs from the record; without the record's hashes there is a note.
+static void test_a_changed_file_is_named_and_memory(void** state) {
+    (void)state;
+    static const char* const name[] = {"scene.yaml", "belief.yaml", "program.lp", "plan.json"};
+    OmReplayResult r;
+    OmScene scene = object_scene();
+    scene.task.max_actions = 2;
+    record_run(&scene, "sealed");
+    char dir[256], path[256], *text;
+    snprintf(dir, sizeof dir, "%s", path_of("sealed", ""));
+    for (int k = 0; k < 4; ++k) {
+        snprintf(path, sizeof path, "%s", path_of("sealed", name[k]));
+        // a program and a plan that the run did not have would decide otherwise, too
+        OmText changed = {0};
+        text = k < 2 ? read_text(path) : NULL;
+        assert_ok(om_text_append(&changed, "%s ", k < 2 ? text : ""));
+        assert_ok(om_file_write(path, changed.str, changed.len));
+        assert_status(replay_run("sealed", 1, &r), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), name[k]));
+        assert_non_null(strstr(om_error_message(), "changed since the run was recorded"));
+        assert_non_null(strstr(om_error_message(), "omentum retract"));
+        if (text)
+            assert_ok(om_file_write(path, text, strlen(text)));
+        else
+            assert_int_equal(remove(path), 0);
+        om_text_done(&changed);
+        om_free(text);
+    }
+    // the hash in the file is that of the bytes
+    char hash[64];
+    text = read_text(path_of("sealed", "scene.yaml"));
+    snprintf(hash, sizeof hash, "\"scene.yaml\": \"%016llx\"",
+             (unsigned long long)om_hash(text, strlen(text), OM_HASH_SEED));
+    om_free(text);
+    text = read_text(path_of("sealed", "hashes.json"));
+    assert_non_null(strstr(text, hash));
+    om_free(text);
+    assert_ok(replay_run("sealed", 1, &r));
+    assert_true(r.is_same && !r.note[0]);
+    om_replay_result_done(&r);
+    assert_true(test_failing_allocations(check_seal, dir, 1) >= 3);
+    assert_true(test_failing_allocations(save_seal, dir, 1) >= 3);
+    assert_ok(check_seal(dir));
+    // a record of an older version
+    assert_int_equal(remove(path_of("sealed", "hashes.json")), 0);
+    assert_ok(replay_run("sealed", 1, &r));
+    assert_true(r.is_same);
+    assert_non_null(strstr(r.note, "scene.yaml was changed since is not known"));
+    om_replay_result_done(&r);
 }
 
 // ---- the belief -------------------------------------------------------------------------------------------------
@@ -445,6 +506,7 @@ int main(void) {
         cmocka_unit_test(test_folders_without_a_record_are_refused),
         cmocka_unit_test(test_a_killed_run_can_be_replayed),
         cmocka_unit_test(test_a_site_is_read_as_it_was_written_and_memory),
+        cmocka_unit_test(test_a_changed_file_is_named_and_memory),
         cmocka_unit_test(test_a_run_that_fails_at_once_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, begin, finish);
