@@ -58,8 +58,8 @@ const char* om__journal_text(const Journal* journal);
 // Listeners, to be called before the recorder. @return their number, at most 2
 int om__journal_listeners(Journal* journal, OmLoopListener listener[2]);
 
-// defras_seal.c: write OM__SEAL_FILE of the files that are in `dir`; compare them with it. A missing OM__SCENE_FILE is no
-// change. @return OM_OK; OM_INVALID (a file was changed, added or removed: the message names it); OM_IO; OM_NO_MEMORY
+// defras_seal.c: write OM__SEAL_FILE of the files that are in `dir`; compare them with it. A missing OM__SCENE_FILE is
+// no change. @return OM_OK; OM_INVALID (a file was changed, added or removed: named); OM_IO; OM_NO_MEMORY
 OmStatus om__seal_save(const char* dir);
 OmStatus om__seal_check(const char* dir, bool* is_stated);
 

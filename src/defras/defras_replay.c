@@ -259,7 +259,8 @@ static OmStatus replay_files(const OmReplayDef* def, const Files* f, OmScene* sc
     print_reason(def->dir, r, result);
     if (!f->is_sealed)
         snprintf(result->note, sizeof result->note,
-                 "the record has no " OM__SEAL_FILE ", as older versions made it: whether " OM__SCENE_FILE
+                 "the record has no " OM__SEAL_FILE
+                 ", as older versions made it: whether " OM__SCENE_FILE
                  " was changed since is not known");
     return OM_OK;
 }

@@ -20,7 +20,7 @@ typedef struct Seal {
 } Seal;
 
 #define SEAL_FIELD(name, i) \
-    {name, OM_YAML_STRING, offsetof(Seal, hash) + (size_t)(i) * DIGITS, .size = DIGITS}
+    { name, OM_YAML_STRING, offsetof(Seal, hash) + (size_t)(i)*DIGITS, .size = DIGITS }
 static const OmYamlField seal_field[] = {
     {"format", OM_YAML_INT, offsetof(Seal, format), FORMAT, FORMAT, .is_required = true},
     SEAL_FIELD(OM__SCENE_FILE, 0),
@@ -75,12 +75,13 @@ OmStatus om__seal_check(const char* dir, bool* is_stated) {
         const bool may_be_gone = i == 0;
         OM_TRY(hash_file(dir, file_name[i], now));
         if (strcmp(now, seal.hash[i]) == 0 || (may_be_gone && !now[0])) continue;
-        return om_error(OM_INVALID,
-                        "%s/%s was changed since the run was recorded (hash %s, now %s): a replay decides from the "
-                        "record alone; put the recorded file back, or run a changed scene anew by omentum retract "
-                        "%s/%s --record -o DIR",
-                        dir, file_name[i], seal.hash[i][0] ? seal.hash[i] : "none",
-                        now[0] ? now : "none", dir, OM__SCENE_FILE);
+        return om_error(
+            OM_INVALID,
+            "%s/%s was changed since the run was recorded (hash %s, now %s): a replay decides from the "
+            "record alone; put the recorded file back, or run a changed scene anew by omentum retract "
+            "%s/%s --record -o DIR",
+            dir, file_name[i], seal.hash[i][0] ? seal.hash[i] : "none", now[0] ? now : "none", dir,
+            OM__SCENE_FILE);
     }
     return OM_OK;
 }
