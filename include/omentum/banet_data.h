@@ -127,12 +127,20 @@ typedef struct OmBanetSummary {
 OM_API OmStatus om_banet_generate(const OmBanetDataDef* def, const OmProgress* progress,
                                   OmBanetSummary* summary);
 
+// Of om_banet_sample_make and of what is stored of a sample: raised where the same definition and index give another
+// sample.
+#define OM_BANET_GENERATOR 1
+#define OM_BANET_ORIGIN 32  // bytes of a text
+
 typedef struct OmBanetData {  // a data set in memory; om_banet_data_done frees
     int nsample;
     int first;  // index of the first sample
     uint64_t seed;
-    uint64_t hash;         // of settings and seed
-    double side;           // m
+    uint64_t hash;  // of settings and seed
+    double side;    // m
+    // As the files state it: "omentum banet 1", "mixed", "neo-hookean", "linear" or "quadratic"; "": not stated.
+    char generator[OM_BANET_ORIGIN], way[OM_BANET_ORIGIN];
+    char law[OM_BANET_ORIGIN], element[OM_BANET_ORIGIN];
     OmBanetCells* sample;  // (nsample)
 } OmBanetData;
 

@@ -40,6 +40,19 @@ OM_API void om_banet_net_destroy(OmBanetNet* net);
 OM_API double om_banet_net_threshold(const OmBanetNet* net);
 /// A line of the file's metadata ("command", "seed", "data", "validation_dsc", ...), or null.
 OM_API const char* om_banet_net_fact(const OmBanetNet* net, const char* key);
+/// Side of the grid of its training samples, m; 0: the file does not state it.
+OM_API double om_banet_net_side(const OmBanetNet* net);
+/// Compare what the file states of its training with a use.
+/// @param side  of the grid of this use, m; 0: not compared
+/// @param data  samples of this use; may be null
+/// @param note  a line is added for each reason to trust the probabilities less, and for what is not stated
+/// @return OM_OK; OM_INVALID (another size of voxels by more than a factor of 2: the result would be wrong);
+///         OM_NO_MEMORY
+OM_API OmStatus om_banet_net_check(const OmBanetNet* net, double side, const OmBanetData* data,
+                                   OmText* note);
+/// Append voxel, side, generator, way, law, element and data of its training, or "not stated".
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_banet_net_describe(const OmBanetNet* net, OmText* text);
 /// Hash of weights and calibration.
 OM_API uint64_t om_banet_net_hash(const OmBanetNet* net);
 /// Number of weights.
@@ -67,7 +80,8 @@ OM_API OmStatus om_banet_predict(OmBanetPredictor* predictor, const float* in, f
 /// @param side         of the thesis's grid, m: om_banet_default_side (0.3; 0.2 for bodies thinner than 6 mm)
 /// @param u, seen      as for om_banet_voxelize                        (surface->nvert x 3, surface->nvert)
 /// @param probability  of attachment                                              (surface->nvert)
-/// @return OM_OK; OM_INVALID (as om_banet_grid_fit and om_banet_voxelize); OM_NO_MEMORY; OM_UNAVAILABLE
+/// @return OM_OK; OM_INVALID (as om_banet_grid_fit, om_banet_voxelize and om_banet_net_check); OM_NO_MEMORY;
+///         OM_UNAVAILABLE
 OM_API OmStatus om_banet_estimate(const OmBanetNet* net, double side, const OmSurface* surface,
                                   const double* u, const double* seen, double* probability);
 
@@ -131,7 +145,7 @@ typedef struct OmBanetEval {  // of cells that hold a surface vertex; om_banet_e
 } OmBanetEval;
 
 /// Predict the data's samples `first` .. `first + n - 1`, each on its own grid.
-/// @return OM_OK; OM_INVALID (no such samples); OM_NO_MEMORY; OM_UNAVAILABLE; OM_CANCELLED
+/// @return OM_OK; OM_INVALID (no such samples; as om_banet_net_check); OM_NO_MEMORY; OM_UNAVAILABLE; OM_CANCELLED
 OM_API OmStatus om_banet_eval(const OmBanetNet* net, const OmBanetData* data, int first, int n,
                               int nworker, const OmProgress* progress, OmBanetEval* eval);
 OM_API void om_banet_eval_done(OmBanetEval* eval);

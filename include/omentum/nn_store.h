@@ -83,6 +83,10 @@ OM_API void om_store_close(OmStoreReader* reader);
 /// @return OM_OK; OM_INVALID (missing, or another number of values; F64: not finite)
 OM_API OmStatus om_store_get_value(const OmStoreReader* reader, const char* name, OmStoreType type,
                                    int n, void* value);
+/// Read an attribute of om_store_text; "" where there is none.
+/// @return OM_OK; OM_INVALID (no text, or one that needs more than `size` bytes)
+OM_API OmStatus om_store_get_text(const OmStoreReader* reader, const char* name, char* text,
+                                  size_t size);
 /// Extents of an array; 0 ends them.
 /// @return OM_OK; OM_INVALID (missing, empty, or more than 3 extents)
 OM_API OmStatus om_store_get_shape(const OmStoreReader* reader, const char* name, int dim[3]);

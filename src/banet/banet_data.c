@@ -16,6 +16,16 @@ static OmStatus append(OmBanetData* data, OmBanetCells* from, int num) {
     return OM_OK;
 }
 
+static void take_head(const OmBanetShard* shard, OmBanetData* data) {
+    data->seed = shard->seed;
+    data->hash = shard->hash;
+    data->side = shard->side;
+    memcpy(data->generator, shard->generator, sizeof data->generator);
+    memcpy(data->way, shard->way, sizeof data->way);
+    memcpy(data->law, shard->law, sizeof data->law);
+    memcpy(data->element, shard->element, sizeof data->element);
+}
+
 static OmStatus load_all(const char* dir, int max_sample, OmBanetData* data) {
     int first, last;
     om_store_shard_range(dir, &first, &last);
@@ -31,8 +41,7 @@ static OmStatus load_all(const char* dir, int max_sample, OmBanetData* data) {
         OM_CHECK(om_path_exists(path), OM_INVALID,
                  "%s is missing; the command that made the set makes it again", path);
         OM_TRY(om__banet_shard_load(path, &shard));
-        if (next == first)
-            data->seed = shard.seed, data->hash = shard.hash, data->side = shard.side;
+        if (next == first) take_head(&shard, data);
         int num = shard.num;
         if (max_sample > 0 && num > max_sample - data->nsample) num = max_sample - data->nsample;
         OmStatus status = OM_OK;

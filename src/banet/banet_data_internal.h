@@ -10,6 +10,8 @@ typedef struct OmBanetShard {  // samples first .. first + num - 1
     int first, num;
     uint64_t seed, hash;
     double side;
+    char generator[OM_BANET_ORIGIN], way[OM_BANET_ORIGIN];  // read from the file; "": not stated
+    char law[OM_BANET_ORIGIN], element[OM_BANET_ORIGIN];
     OmBanetCells* sample;  // (num)
 } OmBanetShard;
 

@@ -258,7 +258,11 @@ done:
 OmStatus om_banet_eval(const OmBanetNet* net, const OmBanetData* data, int first, int n,
                        int nworker, const OmProgress* progress, OmBanetEval* e) {
     BanetOutputs outputs;
+    OmText note = {0};
     *e = (OmBanetEval){0};
+    const OmStatus fits = om_banet_net_check(net, data->side, data, &note);
+    om_text_done(&note);
+    OM_TRY(fits);
     OM_TRY(om__banet_outputs_make(net, data, first, n, nworker, progress, &outputs));
     OmStatus status = om__banet_eval_outputs(net, &outputs, e);
     om__banet_outputs_done(&outputs);

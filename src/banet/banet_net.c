@@ -211,8 +211,10 @@ static OmStatus read_calibration(const OmTensorFile* f, const char* path, OmBane
 
 static OmStatus read_facts(const OmTensorFile* f, OmBanetNet* n) {
     static const char* const key[] = {
-        "command",        "seed",           "data",           "samples", "epochs",
-        "validation_dsc", "validation_tpr", "validation_ece", "dropout", "start"};
+        "command", "seed",           "data",           "samples",
+        "epochs",  "validation_dsc", "validation_tpr", "validation_ece",
+        "dropout", "start",          "generator",      "way",
+        "law",     "element",        "side_m",         "voxel_m"};
     for (size_t i = 0; i < sizeof key / sizeof *key; ++i) {
         const char* value = om_tensor_file_meta(f, key[i]);
         if (value) OM_TRY(om_facts_add(&n->facts, key[i], "%s", value));
@@ -238,7 +240,8 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmBanetNet* n)
     OM_TRY(init(n, &layers));
     OM_TRY(read_weights(f, path, n));
     OM_TRY(read_calibration(f, path, n));
-    return read_facts(f, n);
+    OM_TRY(read_facts(f, n));
+    return om__banet_origin_read(path, n);
 }
 
 static OmStatus find_weights(const char* path, char* out, size_t size) {

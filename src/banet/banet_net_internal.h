@@ -20,6 +20,7 @@ struct OmBanetNet {
     float* param;
     double slope, offset;  // probability = sigmoid(slope * output + offset)
     double threshold;
+    double side;  // of the training samples, m; 0: not stated
     OmFacts facts;
 };
 
@@ -35,6 +36,18 @@ OmStatus om__banet_net_create(const BanetLayers* layers, OmBanetNet** net);
 // The layers for a grid.
 OmStatus om__banet_net_layers(const OmBanetNet* net, const int dim[3], OmNet** layers);
 OmStatus om__banet_net_save(const OmBanetNet* net, const char* path);
+
+// ---- banet_origin.c ---------------------------------------------------------------------------------
+
+#define OM_BANET_WIDE 0.3  // m, side of the grid: om_banet_default_side
+// of a thin body; a sheet of 120 mm has 38 cells: with 51, of 0.15 m, it exceeds the training bodies
+#define OM_BANET_NARROW 0.2
+
+void om__banet_generator_name(char name[OM_BANET_ORIGIN]);
+// What the samples state, for the file of weights.
+OmStatus om__banet_origin_add(const OmBanetData* data, OmFacts* facts);
+// Take the side from the facts; `path` is for messages.
+OmStatus om__banet_origin_read(const char* path, OmBanetNet* net);
 
 // ---- banet_predict.c --------------------------------------------------------------------------------
 

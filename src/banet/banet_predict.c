@@ -187,7 +187,10 @@ OmStatus om_banet_estimate(const OmBanetNet* net, double side, const OmSurface* 
     OmBanetPredictor* p = NULL;
     float *in = NULL, *out = NULL;
     int* cell = NULL;
-    OmStatus status;
+    OmText note = {0};
+    OmStatus status = om_banet_net_check(net, side, NULL, &note);
+    om_text_done(&note);
+    OM_TRY(status);
     OM_TRY(om_banet_grid_fit(surface, side, &grid));
     const size_t ncell = om_grid_count(grid.dim);
     OM_ALLOC_DONE(in, OM_BANET_NCHANNEL * ncell);

@@ -10,11 +10,11 @@
 #include <string.h>
 
 #include "banet/banet_data_internal.h"
+#include "banet/banet_net_internal.h"
 #include "omentum/nn_store.h"
 
 #define KIND "omentum banet"
 #define FORMAT 1
-#define GENERATOR "omentum banet 1"
 #define MAX_BYTES ((size_t)4 << 30)
 #define MAX_CELL (1 << 28)  // of a shard
 #define MAX_DIM 512
@@ -165,7 +165,9 @@ static void put_settings(OmStoreWriter* w, const OmBanetShard* s, const OmBanetS
                   {"two_share", &d->two_share, 1}, {"board_share", &d->board_share, 1},
                   {"young_Pa", d->young, 2},       {"poisson", d->poisson, 2},
                   {"radius_m", d->radius, 2}};
-    om_store_text(w, "generator", GENERATOR);
+    char generator[OM_BANET_ORIGIN];
+    om__banet_generator_name(generator);
+    om_store_text(w, "generator", generator);
     om_store_text(w, "way", om_banet_way_name(d->way));
     om_store_text(w, "law", om_law_name(d->law));
     om_store_text(w, "element", om_element_name(d->element));
@@ -246,6 +248,13 @@ static OmStatus get_head(const OmStoreReader* r, const char* name, OmBanetShard*
     OM_TRY(om_store_get_value(r, "hash", OM_STORE_U64, 1, &s->hash));
     OM_TRY(om_store_get_value(r, "side_m", OM_STORE_F64, 1, &s->side));
     OM_CHECK(s->side > 0, OM_INVALID, "%s: a grid with a side of %g m", name, s->side);
+    OM_TRY(om_store_get_text(r, "generator", s->generator, sizeof s->generator));
+    OM_TRY(om_store_get_text(r, "way", s->way, sizeof s->way));
+    OM_TRY(om_store_get_text(r, "law", s->law, sizeof s->law));
+    OM_TRY(om_store_get_text(r, "element", s->element, sizeof s->element));
+    // in words; there were only linear ones when it was not stated
+    const bool is_quadratic = strcmp(s->element, om_element_name(OM_TET10)) == 0;
+    snprintf(s->element, sizeof s->element, "%s", is_quadratic ? "quadratic" : "linear");
     return OM_OK;
 }
 

@@ -260,6 +260,7 @@ static OmStatus add_facts(const OmBanetTrainDef* def, const OmTrainResult* resul
     if (def->start) OM_TRY(om_facts_add(facts, "start", "%s", def->start));
     OM_TRY(om_facts_add(facts, "seed", "%llu", (unsigned long long)def->seed));
     OM_TRY(om_facts_add(facts, "data", "%016llx", (unsigned long long)def->data->hash));
+    OM_TRY(om__banet_origin_add(def->data, facts));
     OM_TRY(om_facts_add(facts, "dropout", "%g", def->dropout));
     OM_TRY(om_facts_add(facts, "samples", "%d", def->data->nsample - def->nvalid));
     OM_TRY(om_facts_add(facts, "epochs", "%d of %d", result->best_epoch, result->nepoch));

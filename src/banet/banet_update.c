@@ -15,6 +15,7 @@
 
 #include <string.h>
 
+#include "banet/banet_net_internal.h"
 #include "omentum/banet_view.h"
 #include "omentum/shape_points.h"
 
@@ -24,9 +25,6 @@
 #define ODDS 2.5  // of the lower and higher thresholds to that of the network
 
 #define THIN 0.006  // m; a thinner body has a grid of smaller side
-#define WIDE 0.3    // m, side of the grid
-#define NARROW \
-    0.2  // a sheet of 120 mm has 38 cells: with 51, of 0.15 m, it exceeds the training bodies
 
 struct OmBanetUpdater {
     OmBanetUpdateDef def;
@@ -77,7 +75,7 @@ double om_banet_default_side(const OmSurface* surface) {
         volume += om_dot(n, a) / 6;
         area += 0.5 * om_norm(n);
     }
-    return 2 * fabs(volume) < THIN * area ? NARROW : WIDE;
+    return 2 * fabs(volume) < THIN * area ? OM_BANET_NARROW : OM_BANET_WIDE;
 }
 
 static OmStatus check_def(const OmBanetUpdateDef* d) {
@@ -102,10 +100,24 @@ static OmStatus check_def(const OmBanetUpdateDef* d) {
     return om_banet_fuse(&d->fuse, 0, NULL, 1, &p);
 }
 
+// A note for each reason to trust the network less.
+static OmStatus check_network(const OmBanetUpdater* u) {
+    OmText note = {0};
+    const OmStatus status = om_banet_net_check(u->def.net, u->def.side, NULL, &note);
+    for (const char* line = note.str; status == OM_OK && line && *line;) {
+        const int n = (int)strcspn(line, "\n");
+        om_log(OM_LOG_WARNING, "BA-Net: %.*s", n, line);
+        line += n + 1;
+    }
+    om_text_done(&note);
+    return status;
+}
+
 // The grid of the network around the body, once: its code is made for this size.
 static OmStatus make_network(OmBanetUpdater* u) {
     const OmSurface* surface = u->view->surface;
     const int* dim = u->grid.dim;
+    OM_TRY(check_network(u));
     OM_TRY(om_banet_grid_fit(surface, u->def.side, &u->grid));
     // One worker: the bytes of oneDNN depend on the number of threads.
     OM_TRY(om_banet_predictor_create(u->def.net, dim, 1, &u->predictor));

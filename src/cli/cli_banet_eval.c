@@ -141,6 +141,22 @@ static void print(const OmBanetEval* e, const Group* group, double threshold) {
            e->ece <= BAR_ECE ? "at most" : "MISSED", BAR_ECE, e->ms);
 }
 
+// What the network was trained on, and reasons to trust it less here.
+static OmStatus print_network(const OmBanetNet* net, const OmBanetData* data) {
+    OmText text = {0}, note = {0};
+    OmStatus status = om_banet_net_describe(net, &text);
+    if (status == OM_OK) status = om_banet_net_check(net, data->side, data, &note);
+    if (status == OM_OK) printf("network: %s\n", text.str);
+    for (const char* line = note.str; status == OM_OK && line && *line;) {
+        const int n = (int)strcspn(line, "\n");
+        printf("note: the network: %.*s\n", n, line);
+        line += n + 1;
+    }
+    om_text_done(&text);
+    om_text_done(&note);
+    return status;
+}
+
 static OmStatus eval(const OmCliArgs* args, int nsample, int nworker) {
     OmBanetNet* net = NULL;
     OmBanetData data = {0};
@@ -169,6 +185,7 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker) {
     om_cli_figure("prediction_ms", e.ms);
     if (dir) om_cli_path(dir);
     print(&e, group, om_banet_net_threshold(net));
+    status = print_network(net, &data);
 done:
     om_folder_end(&folder);
     om_banet_eval_done(&e);

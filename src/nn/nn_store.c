@@ -288,6 +288,26 @@ OmStatus om_store_get_value(const OmStoreReader* r, const char* name, OmStoreTyp
     return check_finite(r, name, type, (size_t)n, value);
 }
 
+OmStatus om_store_get_text(const OmStoreReader* r, const char* name, char* text, size_t size) {
+    const char* short_name;
+    text[0] = '\0';
+    hid_t object = open_object(r->file, name, &short_name);
+    const bool is_there = object >= 0 && H5Aexists(object, short_name) > 0;
+    hid_t a = is_there ? H5Aopen(object, short_name, H5P_DEFAULT) : -1;
+    hid_t type = a >= 0 ? H5Aget_type(a) : -1, space = a >= 0 ? H5Aget_space(a) : -1;
+    bool is_good = type >= 0 && space >= 0 && H5Tget_class(type) == H5T_STRING &&
+                   H5Tis_variable_str(type) == 0 && H5Tget_size(type) <= size &&
+                   H5Sget_simple_extent_npoints(space) == 1 && H5Aread(a, type, text) >= 0;
+    if (is_good) text[H5Tget_size(type) - 1] = '\0';
+    if (space >= 0) H5Sclose(space);
+    if (type >= 0) H5Tclose(type);
+    if (a >= 0) H5Aclose(a);
+    if (object >= 0) H5Oclose(object);
+    OM_CHECK(is_good || !is_there, OM_INVALID, "%s: attribute %s is no text of less than %zu bytes",
+             r->name, name, size);
+    return OM_OK;
+}
+
 // Open an array of the given shape.
 static OmStatus open_array(const OmStoreReader* r, const char* name, const int dim[3], hid_t* set) {
     hsize_t have[3] = {0, 0, 0}, want[3];

@@ -37,7 +37,13 @@ static void make_sheet(int index, OmBanetCells* cells) {
 }
 
 static OmBanetData make_data(void) {
-    OmBanetData data = {.nsample = NSHEET, .seed = 77, .hash = 77, .side = 0.32};
+    OmBanetData data = {.nsample = NSHEET,
+                        .seed = 77,
+                        .hash = 77,
+                        .side = 0.32,
+                        .generator = "omentum banet 1",
+                        .way = "exact",
+                        .element = "linear"};
     data.sample = om_calloc(NSHEET, sizeof *data.sample);
     for (int s = 0; s < NSHEET; ++s) make_sheet(s, &data.sample[s]);
     // A sheet that is larger than the grid of small_def.
@@ -140,6 +146,11 @@ static void test_it_learns_and_resumes(void** state) {
     assert_near(e.mean_dsc, s[0].dsc, 1e-12);
     assert_near(om_banet_net_threshold(net), s[0].threshold, 0);
     assert_string_equal(om_banet_net_fact(net, "samples"), "44");
+    // what its samples state; their law is not stated
+    assert_string_equal(om_banet_net_fact(net, "voxel_m"), "0.005");
+    assert_string_equal(om_banet_net_fact(net, "element"), "linear");
+    assert_null(om_banet_net_fact(net, "law"));
+    assert_near(om_banet_net_side(net), 0.32, 0);
     om_banet_eval_done(&e);
     assert_status(om_banet_eval(net, &data, 45, 4, 1, NULL, &e), OM_INVALID);
     om_banet_net_destroy(net);
@@ -509,6 +520,81 @@ static void test_round_trip(void** state) {
     remove(path);
 }
 
+// The note of a use; null: the use is refused.
+static const char* note_of(const OmBanetNet* net, double side, const OmBanetData* data) {
+    static char note[1024];
+    OmText text = {0};
+    const OmStatus status = om_banet_net_check(net, side, data, &text);
+    snprintf(note, sizeof note, "%s", text.str ? text.str : "");
+    om_text_done(&text);
+    if (status < 0) assert_int_equal(status, OM_INVALID);
+    return status < 0 ? NULL : note;
+}
+
+// Voxels are side / 64: 300 mm has 4.69 mm, 250 mm 3.91 mm.
+static void test_another_use_than_training(void** state) {
+    (void)state;
+    OmBanetNet *net = make_net(), *back;
+    OmBanetData data = make_data();
+    OmText text = {0};
+    const char* path = temp_path("banet_origin.safetensors");
+    // an old file
+    assert_non_null(
+        strstr(note_of(net, 0.3, NULL), "side of the grid and voxel of its training: not stated"));
+    assert_non_null(strstr(note_of(net, 7, NULL), "generator of its samples: not stated"));
+    assert_ok(om_banet_net_describe(net, &text));
+    assert_non_null(strstr(text.str, "voxel and side not stated, generator not stated"));
+    om_text_done(&text);
+    data.side = 0.3;
+    assert_ok(om__banet_origin_add(&data, &net->facts));
+    assert_ok(om__banet_net_save(net, path));
+    assert_ok(om_banet_net_load(path, &back));
+    assert_near(om_banet_net_side(back), 0.3, 0);
+    assert_ok(om_banet_net_describe(back, &text));
+    assert_non_null(
+        strstr(text.str, "voxel 4.688 mm, side 300 mm, generator omentum banet 1, way exact"));
+    om_text_done(&text);
+    // its own use; that of thin sheets; others
+    assert_string_equal(note_of(back, 0.3, &data), "");
+    assert_string_equal(note_of(back, 0.2, NULL), "");
+    assert_non_null(strstr(note_of(back, 0.25, NULL),
+                           "4.69 mm (a grid of 300 mm), used with 3.91 mm (250 mm)"));
+    assert_non_null(strstr(note_of(back, 0.6, NULL), "less sure"));
+    assert_non_null(strstr(note_of(back, 0.15, NULL), "less sure"));
+    assert_null(note_of(back, 0.61, NULL));
+    assert_non_null(strstr(om_error_message(), "voxels of 4.69 mm"));
+    assert_non_null(strstr(om_error_message(), "generate --side 610"));
+    assert_null(note_of(back, 0.149, NULL));
+    // other samples
+    snprintf(data.element, sizeof data.element, "quadratic");
+    assert_non_null(
+        strstr(note_of(back, 0.3, &data), "trained on linear elements, used with quadratic"));
+    snprintf(data.element, sizeof data.element, "linear");
+    snprintf(data.generator, sizeof data.generator, "omentum banet 2");
+    assert_non_null(
+        strstr(note_of(back, 0.3, &data), "used with those of the newer \"omentum banet 2\""));
+    data.side = 0.7;
+    OmBanetEval e;
+    assert_status(om_banet_eval(back, &data, 0, 1, 1, NULL, &e), OM_INVALID);
+    om_banet_net_destroy(back);
+    om_banet_net_destroy(net);
+    // a newer program trained it
+    net = make_net();
+    assert_ok(om__banet_origin_add(&data, &net->facts));
+    assert_non_null(
+        strstr(note_of(net, 0, NULL), "generator \"omentum banet 2\"; this program knows"));
+    om_banet_net_destroy(net);
+    // a side that no grid has
+    net = make_net();
+    assert_ok(om_facts_add(&net->facts, "side_m", "0.3x"));
+    assert_ok(om__banet_net_save(net, path));
+    assert_status(om_banet_net_load(path, &back), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "side_m is \"0.3x\""));
+    om_banet_net_destroy(net);
+    om_banet_data_done(&data);
+    remove(path);
+}
+
 static OmStatus predict(void* ctx) {
     OmBanetNet* net;
     OmBanetPredictor* p = NULL;
@@ -539,6 +625,7 @@ int main(void) {
         cmocka_unit_test(test_calibration),
         cmocka_unit_test(test_refused_definitions),
         cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_another_use_than_training),
         cmocka_unit_test(test_no_memory),
         cmocka_unit_test(test_join),
         cmocka_unit_test(test_scores),

@@ -486,6 +486,12 @@ static void test_installed(void** state) {
     Dice sum[2] = {{0}};  // without and with the network
     take(&rig);
     assert_ok(om_banet_net_find("installed", NULL, &net));
+    OmBanetUpdateDef far = om_banet_update_default_def(rig.match);
+    OmBanetUpdater* none;
+    far.net = net;
+    far.side = 0.7;
+    assert_status(om_banet_updater_create(&far, &none), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "trained on voxels of 4.69 mm"));
     for (int k = 0; k < 2 * NCASE; ++k) {
         Dice d = estimate_lifts(&rig, k < NCASE ? NULL : net, k % NCASE, 1);
         sum[k / NCASE].dice += d.dice / NCASE;

@@ -83,6 +83,21 @@ static void test_it_finds_attachments(void** state) {
     for (size_t i = 0; i < sizeof fact / sizeof *fact; ++i)
         assert_non_null(om_banet_net_fact(net, fact[i]));
     assert_true(4 * om_banet_net_size(net) <= 12000000);
+    // what the file states is what the hash of its samples' definition proves
+    OmBanetDataDef def = om_banet_data_default_def(1, "none");
+    char hash[24];
+    def.sample.element = OM_TET4;
+    snprintf(hash, sizeof hash, "%016llx",
+             (unsigned long long)om_banet_sample_def_hash(&def.sample));
+    assert_string_equal(om_banet_net_fact(net, "data"), hash);
+    assert_string_equal(om_banet_net_fact(net, "element"), "linear");
+    assert_string_equal(om_banet_net_fact(net, "law"), om_law_name(def.sample.law));
+    assert_string_equal(om_banet_net_fact(net, "way"), om_banet_way_name(def.sample.way));
+    assert_near(om_banet_net_side(net), def.sample.side, 0);
+    assert_near(atof(om_banet_net_fact(net, "voxel_m")), def.sample.side / 64, 1e-12);
+    OmText note = {0};
+    assert_ok(om_banet_net_check(net, 0.3, NULL, &note));
+    assert_int_equal(note.len, 0);
     assert_ok(om_banet_eval(net, data, 0, data->nsample, 1, NULL, &e));
     // Half of the way from the constant answer to what the file says of its validation samples.
     const double constant = constant_dsc(data),

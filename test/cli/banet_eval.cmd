@@ -3,3 +3,14 @@ $ $OMENTUM banet generate -n 1 --shard 1 --seed 905 --way exact --pictures 0 -q 
 exit 0
 out ^eval\.json$
 out ^samples\.csv$
+
+# What the network was trained on is printed; samples of another tissue get a note, voxels of twice the size are refused.
+$ omentum banet eval -d data -q
+exit 0
+out ^network: voxel 4\.688 mm, side 300 mm, generator omentum banet 1, way mixed, law neo-hookean, element linear, data d31bd8321bfb6966$
+out ^note: the network: trained on linear elements, used with quadratic ones: judged on another tissue$
+no-err
+$ $OMENTUM banet generate -n 1 --shard 1 --seed 905 --way exact --side 700 --pictures 0 -q -o wide > /dev/null; omentum banet eval -d wide -q
+exit 3
+err trained on voxels of 4\.69 mm \(a grid of 300 mm\) and is used with 10\.9 mm \(700 mm\)
+err-lines 1

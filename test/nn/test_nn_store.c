@@ -24,6 +24,7 @@ static OmStatus save(const float* value, const char* path) {
     OmStoreWriter* w;
     OM_TRY(om_store_begin("omentum test", 3, &w));
     om_store_text(w, "about", "a test");
+    om_store_text(w, "nothing", "");
     om_store_value(w, "seed", OM_STORE_U64, 1, &seed);
     om_store_value(w, "place", OM_STORE_F64, 3, record[0].a);
     om_store_group(w, "set");
@@ -62,6 +63,17 @@ static void test_round_trip(void** state) {
     assert_ok(om_store_get_records(r, "set", field, 2, record, sizeof *record, 2));
     assert_true(record[1].a[1] == -2 && record[1].b == -5 && record[0].b == 5);
     assert_true(record[0].other == other);
+    char text[8];
+    assert_ok(om_store_get_text(r, "about", text, 7));  // six letters and the end
+    assert_string_equal(text, "a test");
+    assert_status(om_store_get_text(r, "about", text, 6), OM_INVALID);
+    assert_string_equal(text, "");
+    strcpy(text, "x");
+    assert_ok(om_store_get_text(r, "nowhere", text, sizeof text));
+    assert_string_equal(text, "");
+    assert_ok(om_store_get_text(r, "nothing", text, sizeof text));
+    assert_string_equal(text, "");
+    assert_status(om_store_get_text(r, "seed", text, sizeof text), OM_INVALID);
     // shapes and names
     assert_status(om_store_check_array(r, "set/value", (int[3]){3, 2}), OM_INVALID);
     assert_status(om_store_check_array(r, "set/value", (int[3]){6}), OM_INVALID);
