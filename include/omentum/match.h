@@ -64,8 +64,13 @@ OM_API void om_match_destroy(OmMatch* match);
 /// @return OM_OK; OM_INVALID (not above 0) or OM_NO_MEMORY: nothing has changed
 OM_API OmStatus om_match_set_young(OmMatch* match, double factor);
 
-typedef struct OmMatchView {   // constant, valid until om_match_destroy
-    const OmTetMesh* mesh;     // of the site
+typedef struct OmMatchView {  // constant, valid until om_match_destroy
+    // Of the site; where the twin's elements are quadratic refined, with the midpoints of edges behind the site's
+    // vertices as in om_tissue_mesh. Arrays of vertices here are of this mesh.
+    const OmTetMesh* mesh;
+    int ncorner;  // vertices of the site's mesh; candidates are among them
+    // vertices at the ends of each midpoint's edge                        ((mesh->nvert - ncorner) x 2)
+    const int* mid_end;
     const OmSurface* surface;  // boundary in the rest shape
     const int* surface_vert;   // vertex of the mesh of each vertex of `surface`
     const int* surface_of;     // the reverse, -1: inside                       (mesh->nvert)
@@ -145,15 +150,16 @@ typedef struct OmAcquisition {
     int ngrasp;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double time;  // s
-    // the twin's vertex positions at that time, m; null: at rest under the grasps, with the attachments of the site
-    // (mesh->nvert x 3)
+    // the twin's vertex positions at that time, m, as om_body_get_nodes gives them; null: at rest under the grasps,
+    // with the attachments of the site                                         (mesh->nvert x 3)
     const double* x_twin;
-    // Nonzero where the twin is attached at that time; null: not told. om_banet_update believes the newest.  (nvert)
+    // Nonzero where the twin is attached at that time; null: not told. om_banet_update believes the newest. (ncorner)
     const unsigned char* attached;
 } OmAcquisition;
 
 typedef struct OmMatchEstimate {  // om_match_estimate_done frees
-    int nvert;                    // of the mesh
+    int nvert;                    // of the site's mesh
+    int nnode;                    // of OmMatchView.mesh
     double* probability;          // of being attached; 0 where no candidate        (nvert)
     // 0: scans and advice decide; 1: they say nothing about this vertex             (nvert)
     double* uncertainty;
@@ -161,11 +167,11 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     // the set with the largest expected Dice coefficient, or the set that `choice` names  (nvert)
     unsigned char* attached;
     int nacquisition;
-    double* x;  // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
+    double* x;  // the twin at rest with these attachments, m  (nacquisition x nnode x 3)
     // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
     // than before, whether attachments explain the scan or not
     bool has_shape;
-    double* shape;        // m  (nvert x 3)
+    double* shape;        // m  (nnode x 3)
     double shape_median;  // m, distance of the points of all scans from their shapes
     double seen_share;    // of the candidates' area, below which the scans show the surface
     double moved_share;   // of the candidates' area, that the scans show as moved
@@ -190,14 +196,14 @@ OM_API OmStatus om_match_update(OmMatch* match, int nacquisition, const OmAcquis
                                 const OmProgress* progress, OmMatchEstimate* estimate);
 /// What is known of the attachments besides the scans, by a network or from the last estimate.
 typedef struct OmMatchAdvice {  // zero-initialise
-    // of being attached, of each vertex of the mesh; null: not known               (nvert)
+    // of being attached, of each vertex of the site's mesh; null: not known        (ncorner)
     const double* probability;
     double weight;  // of `probability` against the random patches of the prior, 0 to 1
-    // sets to try beside the most probable one, nonzero where attached             (nset x nvert)
+    // sets to try beside the most probable one, nonzero where attached             (nset x ncorner)
     int nset;  // at most OM_MATCH_MAX_ADVICE
     const unsigned char* set[OM_MATCH_MAX_ADVICE];
     // Attachments that the twin has; null: not known. One set more is tried: these, attached where the scans show that
-    // tissue stayed and the twin moved it, and free where they show that it moved              (nvert)
+    // tissue stayed and the twin moved it, and free where they show that it moved            (ncorner)
     const unsigned char* present;
 } OmMatchAdvice;
 
@@ -218,8 +224,8 @@ typedef struct OmMatchTrial {
 
 /// Bring the twin to rest with these attachments, under the grasps of each acquisition, and measure its distance from
 /// the scans.
-/// @param attached  nonzero where attached; vertices that are no candidates are free     (nvert)
-/// @param x         in: first guesses; out: the twin at rest, m        (nacquisition x nvert x 3)
+/// @param attached  nonzero where attached; vertices that are no candidates are free     (ncorner)
+/// @param x         in: first guesses; out: the twin at rest, m  (nacquisition x mesh->nvert x 3)
 /// @return OM_OK; OM_NOT_CONVERGED (no rest was found; x is the best iterate, and `trial` is of it); OM_INVALID (the
 ///         message names the acquisition); OM_NO_MEMORY
 OM_API OmStatus om_match_try(OmMatch* match, int nacquisition, const OmAcquisition* acquisition,

@@ -19,7 +19,8 @@ from .scene import Body, Scene, Site
 @dataclass
 class Acquisition:
     """What an update needs from one moment. grasps: (arm, pose when the jaw closed, pose now) of each tool that holds tissue;
-    x_twin: the twin's positions then, m (nvert x 3), None: found as the equilibrium under the grasps.
+    x_twin: the twin's positions then, m (nnode x 3): vertices of the site's mesh and, of quadratic elements, midpoints of
+    edges, as Body.nodes; None: found as the equilibrium under the grasps.
     """
 
     scan: Scan
@@ -33,7 +34,7 @@ class Estimate:
     """Attachments that explain scans; arrays of the twin's vertices. Use it only if is_accepted; else `reason` says why not.
 
     attached: bool. probability: of being attached. uncertainty: 1: the scans say nothing about this vertex. stiffness: N/m of
-    springs. x: the twin at rest with them, m (nacquisition x nvert x 3). look_next: m, where a view informs most, or None.
+    springs. x: the twin at rest with them, m (nacquisition x nnode x 3), as Acquisition.x_twin. look_next: m, where a view informs most, or None.
     summary: the other fields of OmMatchEstimate, such as after_median (m).
     """
 
@@ -52,7 +53,7 @@ class Estimate:
         n = raw.nvert
         return cls(raw.is_accepted, raw.reason, copied(raw.attached, np.bool_, (n,)), copied(raw.probability, np.float64, (n,)),
                    copied(raw.uncertainty, np.float64, (n,)), copied(raw.stiffness, np.float64, (n,)),
-                   copied(raw.x, np.float64, (raw.nacquisition, n, 3)), raw.look_next.copy() if raw.has_look_next else None,
+                   copied(raw.x, np.float64, (raw.nacquisition, raw.nnode, 3)), raw.look_next.copy() if raw.has_look_next else None,
                    raw.as_dict())
 
 
@@ -60,7 +61,7 @@ class Matcher(Owner):
     """Finds the attachments of a twin from scans, by physics, and with a network by both.
 
         matcher = Matcher(scene, twin.site, net=BanetNet.load())
-        estimate = matcher.update([Acquisition(scan, [(0, pose_grasp, pose_now)], twin.x.copy())])
+        estimate = matcher.update([Acquisition(scan, [(0, pose_grasp, pose_now)], twin.nodes)])
         if estimate.is_accepted: adopt(twin, estimate)
     """
 
@@ -79,7 +80,7 @@ class Matcher(Owner):
             setting.net = net._c
         keep = (match, net._handle if net is not None else None)
         self._handle = Handle(create(lib.om_banet_updater_create, ctypes.byref(setting)), lib.om_banet_updater_destroy, *keep)
-        self._nvert = len(site.mesh.x)
+        self._nnode = lib.om_match_view(match.address).contents.mesh.contents.nvert
         self._busy = Busy("Matcher")
 
     def update(self, acquisitions: list[Acquisition], progress: bool | ProgressFunction | None = None) -> Estimate:
@@ -88,7 +89,7 @@ class Matcher(Owner):
         for raw, item in zip(table, acquisitions):
             _fill(raw, item)
             if item.x_twin is not None:
-                x = array_of(item.x_twin, np.float64, (self._nvert, 3), "x_twin")
+                x = array_of(item.x_twin, np.float64, (self._nnode, 3), "x_twin")
                 raw.x_twin = x.ctypes.data
                 keep.append(x)
         out = c.OmMatchEstimate()

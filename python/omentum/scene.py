@@ -165,6 +165,13 @@ class Body(Owner):
         return view(self._handle, lib.om_body_x(self._c), np.float64, self._shape)
 
     @property
+    def nodes(self) -> np.ndarray:
+        """Positions of the vertices and, of quadratic elements, of the midpoints of edges, m (nnode x 3): a copy."""
+        x = np.empty((lib.om_body_node_count(self._c), 3))
+        lib.om_body_get_nodes(self._c, x.ctypes.data)
+        return x
+
+    @property
     def attached(self) -> np.ndarray:
         """True where a vertex is attached (nvert): a view."""
         return view(self._handle, lib.om_body_attached(self._c), np.bool_, self._shape[:1])

@@ -62,7 +62,7 @@ def test_the_attachments_are_found_from_a_depth_picture(lifted, alive):
     assert set(np.unique(scan.pixel)) <= {0, 1, 2, 3}
     assert not twin.attached.any()
     matcher = om.Matcher(scene, twin.site)
-    estimate = matcher.update([om.Acquisition(scan, [(0, begin, now)], twin.x.copy())])
+    estimate = matcher.update([om.Acquisition(scan, [(0, begin, now)], twin.nodes)])
     assert estimate.is_accepted and estimate.reason == ""
     truth = (twin.mesh.x[:, 0] > -0.001) & np.isin(np.arange(len(twin.mesh.x)), twin.mesh.sets["underside"])
     dice = 2 * (estimate.attached & truth).sum() / (estimate.attached.sum() + truth.sum())

@@ -196,7 +196,7 @@ void om_banet_updater_destroy(OmBanetUpdater* u) {
 }
 
 void om_banet_updater_set_attached(OmBanetUpdater* u, const unsigned char* attached) {
-    memcpy(u->last, attached, (size_t)u->view->mesh->nvert);
+    memcpy(u->last, attached, (size_t)u->view->ncorner);
     om_match_live_set_attached(u->live, attached);
 }
 

@@ -274,6 +274,7 @@ static OmStatus measure(const BanetViewDef* view, const BanetTruth* t, const Ban
     // linear elements of all vertices follow the scan; with neo-Hookean law that takes twice the time
     OmScene scene = twin->scene;
     scene.tissue.law = OM_STABLE_NEO_HOOKEAN;
+    scene.tissue.element = OM_ELEMENT_LINEAR;
     OmMatchDef def = om_match_default_def(&scene, &twin->site);
     def.nhypothesis = 0;
     OM_TRY_DONE(om_match_create(&def, &match));

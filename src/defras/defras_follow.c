@@ -36,13 +36,14 @@ OmStatus om__follow_create(OmLoop* loop) {
 void om__follow_keep(OmLoop* loop, bool is_adopted) {
     const OmUpdater* u = loop->updater;
     const OmMatchEstimate* e = &u->estimate;
-    const size_t n = 3 * (size_t)u->nvert;
+    const size_t n = 3 * (size_t)u->nvert, stride = 3 * (size_t)e->nnode;
     const double* from = NULL;
     loop->has_increment = false;
-    if (!loop->increment || !e->has_shape || !e->shape || e->nvert != u->nvert || u->ngiven == 0)
+    if (!loop->increment || !e->has_shape || !e->shape || e->nnode < u->nvert || u->ngiven == 0)
         return;
     if (is_adopted)
-        from = e->x && e->nacquisition == u->ngiven ? e->x + (size_t)(u->ngiven - 1) * n : NULL;
+        from =
+            e->x && e->nacquisition == u->ngiven ? e->x + (size_t)(u->ngiven - 1) * stride : NULL;
     else
         from = u->given[u->ngiven - 1]->x_twin;
     if (!from) return;

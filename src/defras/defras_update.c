@@ -69,7 +69,9 @@ OmStatus om_updater_create(const OmUpdateDef* def, OmUpdater** updater) {
     if (!u) return OM_NO_MEMORY;
     u->def = *def;
     u->nvert = def->space.site->mesh.nvert;
-    for (int a = 0; a < OM_MAX_ARM; ++a) OM_ALLOC_DONE(u->grasp[a].vert, (size_t)u->nvert);
+    // vertices and, of quadratic elements, at most six midpoints of each tetrahedron
+    const size_t most = (size_t)u->nvert + 6 * (size_t)def->space.site->mesh.ntet;
+    for (int a = 0; a < OM_MAX_ARM; ++a) OM_ALLOC_DONE(u->grasp[a].vert, most);
     if (def->nreplay > 0) {
         OM_ALLOC_DONE(u->replay_tick, (size_t)def->nreplay);
         memcpy(u->replay_tick, def->replay_tick, (size_t)def->nreplay * sizeof *u->replay_tick);
@@ -117,18 +119,9 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
     g->pose_world_tip = pose_world_tip;
     g->radius = radius;
     g->nvert = 0;
-    for (int v = 0; v < u->nvert; ++v)
-        if (held_by[v] == arm) g->vert[g->nvert++] = v;
-    // Of quadratic elements an arm may hold midpoints alone: the nearest vertex moves as they do.
-    if (g->nvert > 0 || u->nvert == 0) return;
-    double nearest = HUGE_VAL;
-    for (int v = 0; v < u->nvert; ++v) {
-        double d = om_distance(om_load3(om_body_x(twin), v), pose_world_tip.p);
-        if (d >= nearest) continue;
-        nearest = d;
-        g->vert[0] = v;
-    }
-    g->nvert = 1;
+    u->nnode = om_body_node_count(twin);
+    for (int v = 0; v < u->nnode; ++v)
+        if (held_by[om_body_node(twin, v)] == arm) g->vert[g->nvert++] = v;
 }
 
 void om__updater_release(OmUpdater* u, int arm) { u->grasp[arm].number = 0; }
@@ -170,14 +163,14 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
                           const OmPose tip[OM_MAX_ARM], const OmBody* twin,
                           const unsigned char* attached) {
     OmStatus status = OM_OK;
-    const size_t n = 3 * (size_t)u->nvert;
+    u->nnode = om_body_node_count(twin);
     Taken* t = om_calloc(1, sizeof *t);
     if (!t) return OM_NO_MEMORY;
     t->nref = 1;
     t->data.time = time;
     OM_TRY_DONE(copy_grasps(u, tip, t));
-    OM_ALLOC_DONE(t->x_twin, n);
-    memcpy(t->x_twin, om_body_x(twin), n * sizeof *t->x_twin);
+    OM_ALLOC_DONE(t->x_twin, 3 * (size_t)u->nnode);
+    om_body_get_nodes(twin, t->x_twin);
     t->data.x_twin = t->x_twin;
     OM_ALLOC_DONE(t->attached, (size_t)u->nvert);
     memcpy(t->attached, attached, (size_t)u->nvert);
@@ -242,9 +235,9 @@ OmStatus om__updater_join(OmUpdater* u) {
 }
 
 void om__updater_refresh(OmUpdater* u) {
-    const size_t n = 3 * (size_t)u->nvert;
+    const size_t n = 3 * (size_t)u->nnode;
     const OmMatchEstimate* e = &u->estimate;
-    for (int i = 0; e->x && i < u->ngiven && i < e->nacquisition; ++i)
+    for (int i = 0; e->x && e->nnode == u->nnode && i < u->ngiven && i < e->nacquisition; ++i)
         memcpy(u->given[i]->x_twin, e->x + (size_t)i * n, n * sizeof *e->x);
 }
 

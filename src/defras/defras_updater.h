@@ -21,13 +21,14 @@ typedef struct HeldGrasp {  // what an arm holds since its last grasp
     OmPose pose_world_tip;
     double radius;  // m
     int nvert;
-    int* vert;  // of the twin  (its mesh's nvert)
+    int* vert;  // of the twin's nodes, see om_body_get_nodes  (nnode)
 } HeldGrasp;
 
 struct OmUpdater {
     OmUpdateDef def;
     int* replay_tick;  // (def.nreplay)
-    int nvert;         // of the twin's mesh
+    int nvert;         // of the twin's site
+    int nnode;         // of the twin, see om_body_get_nodes; 0 before the first grasp
 
     // of the present loop
     HeldGrasp grasp[OM_MAX_ARM];

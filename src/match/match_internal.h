@@ -7,6 +7,8 @@
 
 #define OM__MATCH_BEFORE 0.0025  // m: another thing this much before a place of the tissue hides it
 
+#define OM__MATCH_HOLD 1e3  // spring of a grasped vertex over Young's modulus times the mean edge
+
 typedef struct MatchHeld {  // the grasped vertices of a load, with their goals
     int nvert;
     int* vert;     // (nvert of the mesh)
@@ -16,10 +18,17 @@ typedef struct MatchHeld {  // the grasped vertices of a load, with their goals
 struct OmMatch {
     OmMatchDef def;
     OmMatchView view;
+    // of the site; of quadratic elements refined: midpoints of edges behind its vertices
+    OmTetMesh mesh;
+    int ncorner;  // vertices of the site's mesh
+    // vertices at the ends of each midpoint's edge, or null        ((mesh.nvert - ncorner) x 2)
+    int* mid_end;
+    int* candidate_of;  // of each vertex of the site's mesh, -1: none                  (ncorner)
     OmSurface surface;
     int *surface_vert, *surface_of, *candidate;
     double* area;       // of candidates
     double* vert_area;  // share of the boundary of each vertex of the mesh
+    double* spring;     // scratch: of each vertex of the mesh
     OmFemSolid* solid;
     OmFemSolid* projected;  // the same, with tangents projected element by element
     OmBsr A;

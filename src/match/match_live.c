@@ -132,13 +132,15 @@ static OmStatus make_tissue(OmMatchLive* live) {
     OmBodyParts parts;
     OmTissueDef def;
     OM_TRY(om_body_make_tissue_def(m->scene, m->site, &parts, &def));
+    // of quadratic elements its model has the vertices of view->mesh
     OmTetMesh mesh = m->site->mesh;
     mesh.nset = 0;
     def.mesh = &mesh;
     def.engine = om_fem_engine();
     def.input = NULL;
     def.attachment_springs = NULL;
-    def.element = OM_ELEMENT_LINEAR;  // matches surfaces, vertex by vertex
+    const bool is_quadratic = live->view->mesh->nvert > live->view->ncorner;
+    def.element = is_quadratic ? OM_ELEMENT_QUADRATIC : OM_ELEMENT_LINEAR;
     def.rayleigh_mass = def.rayleigh_stiffness = 0;
     def.material_default.poisson = fmin(def.material_default.poisson, MAX_POISSON);
     for (int k = 0; k < def.nmaterial; ++k)
@@ -264,11 +266,14 @@ void om_match_live_destroy(OmMatchLive* live) {
 }
 
 void om_match_live_set_attached(OmMatchLive* live, const unsigned char* attached) {
-    size_t n = (size_t)live->view->mesh->nvert;
-    if (attached)
-        memcpy(live->attached, attached, n);
-    else
-        memset(live->attached, 0, n);
+    const OmMatchView* view = live->view;
+    memset(live->attached, 0, (size_t)view->mesh->nvert);
+    if (!attached) return;
+    memcpy(live->attached, attached, (size_t)view->ncorner);
+    for (int i = view->ncorner; i < view->mesh->nvert; ++i) {
+        const int* end = view->mid_end + 2 * (i - view->ncorner);
+        live->attached[i] = attached[end[0]] && attached[end[1]];
+    }
 }
 
 // ---- pairs ----------------------------------------------------------------------------------------------------

@@ -1,4 +1,9 @@
 // match_model.c: the parts that every update of a twin needs, made once.
+//
+// The elements are those of the twin's body: quadratic ones where the scene has them, on a mesh that has the midpoints
+// of edges behind the vertices of the site's, as the body's own mesh has. With linear elements on the site's mesh
+// (cells of 12 mm, 5 mm thick) the twin bent too stiffly for any attachments to explain a scan: right acquisitions were
+// refused.
 #include <string.h>
 
 #include "match/match_internal.h"
@@ -6,7 +11,6 @@
 
 #define COOKIE 0x3a7c4e01u
 #define FOUNDATION 20.0  // times Young's modulus over the mean edge
-#define HOLD 1e3         // spring of a grasped vertex over Young's modulus times the mean edge
 #define MAX_HYPOTHESIS 20000
 
 OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site) {
@@ -55,11 +59,32 @@ static OmStatus check_def(const OmMatchDef* def) {
     return OM_OK;
 }
 
+// The mesh with a vertex for each node.
+static OmStatus make_mesh(OmMatch* m, bool is_quadratic) {
+    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    int* node = NULL;
+    OM_TRY(om_tet_mesh_copy(&m->def.site->mesh, &m->mesh));
+    m->ncorner = m->mesh.nvert;
+    if (!is_quadratic) return OM_OK;
+    const int nelem = m->mesh.ntet;
+    OmStatus status = om_tet_mesh_refine_nodes(&m->mesh, &node);
+    if (status < 0) return status;
+    m->mid_end = om_alloc(2 * (size_t)(m->mesh.nvert - m->ncorner), sizeof *m->mid_end);
+    for (int e = 0; m->mid_end && e < nelem; ++e)
+        for (int k = 0; k < 6; ++k)
+            for (int side = 0; side < 2; ++side)
+                m->mid_end[2 * (node[10 * e + 4 + k] - m->ncorner) + side] =
+                    node[10 * e + edge[k][side]];
+    om_free(node);
+    return m->mid_end ? OM_OK : OM_NO_MEMORY;
+}
+
 // Boundary, its shares of area, mean edge.
 static OmStatus make_surface(OmMatch* m) {
-    const OmTetMesh* mesh = &m->def.site->mesh;
+    const OmTetMesh* mesh = &m->mesh;
     OM_TRY(om_tet_mesh_boundary(mesh, &m->surface, &m->surface_vert));
     OM_ALLOC(m->surface_of, mesh->nvert);
+    OM_ALLOC(m->spring, mesh->nvert);
     m->vert_area = om_calloc((size_t)mesh->nvert, sizeof *m->vert_area);
     if (!m->vert_area) return OM_NO_MEMORY;
     for (int v = 0; v < mesh->nvert; ++v) m->surface_of[v] = -1;
@@ -79,6 +104,14 @@ static OmStatus make_surface(OmMatch* m) {
     return OM_OK;
 }
 
+// A midpoint on the surface gives half of its area to each end of its edge: the areas of candidates.
+static void gather_area(const OmMatch* m, double* area) {
+    memcpy(area, m->vert_area, (size_t)m->ncorner * sizeof *area);
+    for (int i = m->ncorner; i < m->mesh.nvert; ++i)
+        for (int side = 0; side < 2; ++side)
+            area[m->mid_end[2 * (i - m->ncorner) + side]] += 0.5 * m->vert_area[i];
+}
+
 // Candidates, ascending, without repeats, on the surface.
 static OmStatus make_candidates(OmMatch* m) {
     const OmTetMesh* mesh = &m->def.site->mesh;
@@ -92,16 +125,19 @@ static OmStatus make_candidates(OmMatch* m) {
         for (int i = 0; i < under->nvert; ++i) is_in[under->vert[i]] = 1;
     else
         memset(is_in, 1, (size_t)mesh->nvert);
-    for (int v = 0; v < mesh->nvert; ++v) n += is_in[v] &= m->surface_of[v] >= 0;
+    for (int v = 0; v < mesh->nvert; ++v) n += is_in[v] &= v < m->ncorner && m->surface_of[v] >= 0;
     OmStatus status = OM_OK;
     OM_CHECK_DONE(n > 0, OM_INVALID, "match: no vertex of the surface may be attached");
     OM_ALLOC_DONE(m->candidate, n);
     OM_ALLOC_DONE(m->area, n);
+    OM_ALLOC_DONE(m->candidate_of, m->ncorner);
+    gather_area(m, m->spring);
     n = 0;
-    for (int v = 0; v < mesh->nvert; ++v) {
+    for (int v = 0; v < m->ncorner; ++v) {
+        m->candidate_of[v] = is_in[v] ? n : -1;
         if (!is_in[v]) continue;
         m->candidate[n] = v;
-        m->area[n++] = m->vert_area[v];
+        m->area[n++] = m->spring[v];
     }
     m->view.ncandidate = n;
 done:
@@ -118,7 +154,8 @@ static OmStatus make_solids(const OmMatch* m, double young, OmFemSolid** solid,
     OM_TRY(om_body_make_tissue_def(m->def.scene, site, &parts, &tissue));
     tissue.material_default.young *= young;
     for (int k = 0; k < tissue.nmaterial; ++k) parts.material[k].young *= young;
-    OM_TRY(om_fem_mesh_from_tet(&site->mesh, OM_TET4, &mesh));
+    // its midpoints have the numbers of those of m->mesh: edges in the order of their ends
+    OM_TRY(om_fem_mesh_from_tet(&site->mesh, m->mid_end ? OM_TET10 : OM_TET4, &mesh));
     int n = tissue.nmaterial > 0 ? tissue.nmaterial : 1;
     for (int e = 0; e < mesh.nelem && tissue.nmaterial == 0; ++e) mesh.elem_material[e] = 0;
     OmFemDef def = om_fem_default_def(
@@ -133,7 +170,7 @@ static OmStatus make_solids(const OmMatch* m, double young, OmFemSolid** solid,
 }
 
 static OmStatus make_solver(OmMatch* m) {
-    const OmTetMesh* mesh = &m->def.site->mesh;
+    const OmTetMesh* mesh = &m->mesh;
     OM_TRY(om_fem_matrix_create(m->solid, &m->A));
     OmSolverDef def = om_solver_default_def();
     def.preconditioner = OM_CHOLESKY;
@@ -148,7 +185,19 @@ static OmStatus make_solver(OmMatch* m) {
     return OM_OK;
 }
 
+// Are the elements of the twin's body quadratic?
+static OmStatus find_element(const OmMatch* m, bool* is_quadratic) {
+    OmBodyParts parts;
+    OmTissueDef tissue;
+    OM_TRY(om_body_make_tissue_def(m->def.scene, m->def.site, &parts, &tissue));
+    *is_quadratic = tissue.element == OM_ELEMENT_QUADRATIC;
+    return OM_OK;
+}
+
 static OmStatus make(OmMatch* m) {
+    bool is_quadratic = false;
+    OM_TRY(find_element(m, &is_quadratic));
+    OM_TRY(make_mesh(m, is_quadratic));
     OM_TRY(make_surface(m));
     OM_TRY(make_candidates(m));
     m->young = 1;
@@ -157,8 +206,10 @@ static OmStatus make(OmMatch* m) {
     double young = om_site_get_material(m->def.site, 0).young;
     if (m->def.foundation == 0) m->def.foundation = FOUNDATION * young / m->view.edge;
     if (m->def.contact == 0) m->def.contact = m->def.foundation;
-    m->hold = HOLD * young * m->view.edge;
-    m->view.mesh = &m->def.site->mesh;
+    m->hold = OM__MATCH_HOLD * young * m->view.edge;
+    m->view.mesh = &m->mesh;
+    m->view.ncorner = m->ncorner;
+    m->view.mid_end = m->mid_end;
     m->view.surface = &m->surface;
     m->view.surface_vert = m->surface_vert;
     m->view.surface_of = m->surface_of;
@@ -185,6 +236,10 @@ OmStatus om_match_create(const OmMatchDef* def, OmMatch** match) {
 
 void om_match_destroy(OmMatch* m) {
     if (!m) return;
+    om_tet_mesh_done(&m->mesh);
+    om_free(m->mid_end);
+    om_free(m->candidate_of);
+    om_free(m->spring);
     om_surface_done(&m->surface);
     om_free(m->surface_vert);
     om_free(m->surface_of);

@@ -23,8 +23,9 @@
 
 typedef struct Bank {  // what all patches share
     const OmMatch* m;
-    int *on_surface, *index;  // candidate to vertex of the surface, and back
-    double* normal;           // of the surface's vertices                (nvert x 3)
+    OmSurface surface;                       // boundary of the site's mesh, without midpoints
+    int *surface_vert, *on_surface, *index;  // its vertices; candidate to vertex of it, and back
+    double* normal;                          // of the surface's vertices                (nvert x 3)
 } Bank;
 
 static OmStatus add_patch(const Bank* bank, double share, uint64_t seed,
@@ -33,8 +34,8 @@ static OmStatus add_patch(const Bank* bank, double share, uint64_t seed,
     OmPatchDef def = om_patch_default_def(share, seed);
     def.normal = bank->normal;
     int *vert, nvert;
-    OM_TRY(om_surface_random_patch(&m->surface, bank->on_surface, m->view.ncandidate, &def, &vert,
-                                   &nvert));
+    OM_TRY(om_surface_random_patch(&bank->surface, bank->on_surface, m->view.ncandidate, &def,
+                                   &vert, &nvert));
     for (int k = 0; k < nvert; ++k) hypothesis[bank->index[vert[k]]] = 1;
     om_free(vert);
     return OM_OK;
@@ -44,15 +45,17 @@ OmStatus om__match_make_prior(OmMatch* m) {
     int n = m->view.ncandidate, count = m->def.nhypothesis;
     Bank bank = {.m = m};
     OmStatus status = OM_OK;
+    OM_TRY_DONE(om_tet_mesh_boundary(&m->def.site->mesh, &bank.surface, &bank.surface_vert));
     OM_ALLOC_DONE(bank.on_surface, n);
-    OM_ALLOC_DONE(bank.index, m->surface.nvert);
-    OM_ALLOC_DONE(bank.normal, 3 * (size_t)m->surface.nvert);
-    om_surface_normals(&m->surface, bank.normal);
+    OM_ALLOC_DONE(bank.index, bank.surface.nvert);
+    OM_ALLOC_DONE(bank.normal, 3 * (size_t)bank.surface.nvert);
+    om_surface_normals(&bank.surface, bank.normal);
     m->hypothesis = om_calloc((size_t)count * (size_t)n, 1);
     OM_CHECK_DONE(m->hypothesis, OM_NO_MEMORY, "out of memory");
-    for (int i = 0; i < n; ++i) {
-        bank.on_surface[i] = m->surface_of[m->candidate[i]];
-        bank.index[bank.on_surface[i]] = i;
+    for (int i = 0; i < bank.surface.nvert; ++i) {
+        int at = m->candidate_of[bank.surface_vert[i]];
+        bank.index[i] = at;
+        if (at >= 0) bank.on_surface[at] = i;
     }
     for (int h = 0; h < count; ++h) {
         OmRng rng = om_rng_init(m->def.seed, (uint64_t)h);
@@ -64,6 +67,8 @@ OmStatus om__match_make_prior(OmMatch* m) {
         }
     }
 done:
+    om_surface_done(&bank.surface);
+    om_free(bank.surface_vert);
     om_free(bank.on_surface);
     om_free(bank.index);
     om_free(bank.normal);

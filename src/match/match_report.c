@@ -126,7 +126,7 @@ static OmVec3 side_of(const OmMatchReport* r, const OmScan* scan) {
 
 // Has the estimate the twin at rest? Not if it was refused before.
 static bool has_shape(const OmMatchEstimate* e) {
-    for (size_t i = 0; e && i < 3 * (size_t)e->nvert * (size_t)e->nacquisition; ++i)
+    for (size_t i = 0; e && i < 3 * (size_t)e->nnode * (size_t)e->nacquisition; ++i)
         if (e->x[i] != 0) return true;
     return false;
 }
@@ -156,7 +156,8 @@ static OmStatus add_cloud_picture(const OmMatchReport* r, int k, const double* x
     return status;
 }
 
-// Triangles: 0 free, 1 attached, 2 unknown. All corners attached, or the mean uncertainty high.
+// Triangles: 0 free, 1 attached, 2 unknown. All corners attached, or the mean uncertainty high. A midpoint is attached
+// if both ends of its edge are, with the mean of their uncertainties.
 static void flag_triangles(const OmMatchView* view, const unsigned char* attached,
                            const double* uncertainty, unsigned char* flag) {
     for (int t = 0; t < view->surface->ntri; ++t) {
@@ -164,10 +165,14 @@ static void flag_triangles(const OmMatchView* view, const unsigned char* attache
         int nheld = 0, ncandidate = 0;
         double sum = 0;
         for (int k = 0; k < 3; ++k) {
-            int v = view->surface_vert[s[k]];
-            nheld += attached[v] != 0;
-            sum += uncertainty ? uncertainty[v] : 0;
-            ncandidate += uncertainty && uncertainty[v] > 0;
+            int v = view->surface_vert[s[k]], w = v;
+            if (v >= view->ncorner) {
+                w = view->mid_end[2 * (v - view->ncorner) + 1];
+                v = view->mid_end[2 * (v - view->ncorner)];
+            }
+            nheld += attached[v] && attached[w];
+            sum += uncertainty ? 0.5 * (uncertainty[v] + uncertainty[w]) : 0;
+            ncandidate += uncertainty && uncertainty[v] > 0 && uncertainty[w] > 0;
         }
         flag[t] = nheld == 3 ? 1 : ncandidate == 3 && sum / 3 > UNKNOWN ? 2 : 0;
     }
@@ -229,7 +234,7 @@ static OmStatus add_pictures(const OmMatchReport* r, OmReport* page) {
         OM_TRY(add_cloud_picture(r, k, view->mesh->x, caption, page));
         if (!has_shape(e)) continue;
         snprintf(caption, sizeof caption, "%s: over the twin with the new attachments", r->name[k]);
-        OM_TRY(add_cloud_picture(r, k, e->x + 3 * (size_t)k * (size_t)e->nvert, caption, page));
+        OM_TRY(add_cloud_picture(r, k, e->x + 3 * (size_t)k * (size_t)e->nnode, caption, page));
     }
     if (!has_shape(e)) return OM_OK;
     om_report_heading(page, "Attachments, seen from below");
@@ -440,7 +445,8 @@ OmStatus om_match_report_save_mesh(const OmMatchReport* r, const char* path) {
     array[3] = (OmMeshArray){"attached", OM_ARRAY_BYTE, 1, false, e->attached};
     array[4] = (OmMeshArray){"believed", OM_ARRAY_BYTE, 1, false, believed};
     for (size_t k = 0; k < nacq; ++k) {
-        for (size_t i = 0; i < n; ++i) u[k * n + i] = e->x[k * n + i] - mesh->x[i];
+        for (size_t i = 0; i < n; ++i)
+            u[k * n + i] = e->x[k * 3 * (size_t)e->nnode + i] - mesh->x[i];
         snprintf(name[k], sizeof name[k], nacq == 1 ? "displacement" : "displacement_%d",
                  (int)k + 1);
         array[NFIXED + k] = (OmMeshArray){name[k], OM_ARRAY_DOUBLE, 3, false, u + k * n};

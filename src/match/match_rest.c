@@ -3,8 +3,10 @@
 // The energy is W(x) - g.M x, plus a spring k |x - goal|^2 / 2 for every attached and grasped vertex, plus
 // c a d^2 / 2 for every boundary vertex of area a whose distance d to board or organ is below 0, plus for every pull
 // with q = sum bary x and e = q - goal: (across (e.n)^2 + along |e|^2) / 2. Newton's method with the tangent of
-// om_fem_eval_tangent; where it is not positive definite, with the tangent projected element by element. Backtracking
-// (Armijo) on the energy.
+// om_fem_eval_tangent; where it is not positive definite, with the tangent projected element by element; where that is
+// singular (an element far from equilibrium has no stiffness in the directions that were projected), with a shift of
+// its diagonal (Levenberg). Backtracking (Armijo) on the energy. A step is at most an edge long: whole ones, by the
+// lift of a tool at once, stalled at the barrier of the neo-Hookean law, or ended in a corner turned inside out.
 //
 // Grasped vertices are held by stiff springs, not prescribed: one solve then carries the whole body along with the
 // tool, where prescribed vertices would stretch the elements around them first.
@@ -19,6 +21,10 @@
 #define TOLERANCE 1e-5  // m
 #define ARMIJO 1e-4
 #define MAX_BACKTRACK 12
+#define MAX_STEP 1.0  // edges that a vertex moves in an iteration
+#define MAX_SHIFT 4   // attempts with a shift
+#define SHIFT \
+    1e-3  // N/m on the diagonal over Young's modulus times the mean edge; then ten times more each
 
 // ---- the load -----------------------------------------------------------------------------------------------
 
@@ -92,6 +98,21 @@ static OmStatus check_pull(const OmMatch* m, const OmMatchPull* p, int k) {
     return OM_OK;
 }
 
+// Springs of candidates act by area on vertices and midpoints; a midpoint has one where both ends of its edge have.
+static void spread_springs(OmMatch* m, const double* spring) {
+    memset(m->spring, 0, (size_t)m->mesh.nvert * sizeof *m->spring);
+    for (int i = 0; spring && i < m->view.ncandidate; ++i) {
+        int v = m->candidate[i];
+        m->spring[v] = !m->mid_end ? spring[i] : m->area[i] > 0 ? spring[i] / m->area[i] : 0;
+    }
+    for (int i = m->ncorner; spring && i < m->mesh.nvert; ++i) {
+        double a = m->spring[m->mid_end[2 * (i - m->ncorner)]],
+               b = m->spring[m->mid_end[2 * (i - m->ncorner) + 1]];
+        if (a > 0 && b > 0) m->spring[i] = 0.5 * (a + b) * m->vert_area[i];
+    }
+    for (int v = 0; m->mid_end && v < m->ncorner; ++v) m->spring[v] *= m->vert_area[v];
+}
+
 OmStatus om__match_set_load(OmMatch* m, const OmMatchLoad* load, const double* x) {
     for (int v = 0; v < m->view.mesh->nvert; ++v)
         OM_CHECK(om_is_finite3(om_load3(x, v)), OM_INVALID,
@@ -100,6 +121,7 @@ OmStatus om__match_set_load(OmMatch* m, const OmMatchLoad* load, const double* x
         OM_CHECK(isfinite(load->spring[i]) && load->spring[i] >= 0, OM_INVALID,
                  "match: spring of candidate %d: %g N/m, must be at least 0", i, load->spring[i]);
     for (int k = 0; k < load->npull; ++k) OM_TRY(check_pull(m, &load->pull[k], k));
+    spread_springs(m, load->spring);
     return om__match_find_held(m, load->ngrasp, load->grasp, &m->held);
 }
 
@@ -179,10 +201,8 @@ static void add_load(OmMatch* m, const OmMatchLoad* load, const double* x, doubl
         *energy -= mass[v] * om_dot(gravity, om_load3(x, v));
         if (f) om_store3(f, v, om_madd(om_load3(f, v), -mass[v], gravity));
     }
-    for (int i = 0; load->spring && i < m->view.ncandidate; ++i)
-        if (load->spring[i] > 0)
-            add_spring(m->candidate[i], load->spring[i], om_load3(mesh->x, m->candidate[i]), x,
-                       energy, f, A);
+    for (int v = 0; load->spring && v < mesh->nvert; ++v)
+        if (m->spring[v] > 0) add_spring(v, m->spring[v], om_load3(mesh->x, v), x, energy, f, A);
     for (int i = 0; i < m->held.nvert; ++i)
         add_spring(m->held.vert[i], m->hold, om_load3(m->held.goal, i), x, energy, f, A);
     add_contact(m, x, energy, f, A);
@@ -209,11 +229,17 @@ OmStatus om_match_eval(OmMatch* m, const OmMatchLoad* load, const double* x, dou
 
 static OmStatus factorize(OmMatch* m, const OmMatchLoad* load, const double* x) {
     OmStatus status = OM_NOT_SPD;
-    double energy = 0;
+    double energy = 0, shift = SHIFT * m->hold / OM__MATCH_HOLD;
     m->has_factors = false;
-    for (int turn = 0; turn < 2 && status == OM_NOT_SPD; ++turn) {
-        OM_TRY(om_fem_eval_tangent(turn == 0 ? m->solid : m->projected, x, &m->A));
-        add_load(m, load, x, &energy, NULL, &m->A);
+    for (int turn = 0; turn < 2 + MAX_SHIFT && status == OM_NOT_SPD; ++turn) {
+        if (turn < 2) {
+            OM_TRY(om_fem_eval_tangent(turn == 0 ? m->solid : m->projected, x, &m->A));
+            add_load(m, load, x, &energy, NULL, &m->A);
+        } else {  // to what is there
+            for (int v = 0; v < m->mesh.nvert; ++v)
+                om_bsr_add(&m->A, m->A.row_adr[v], om_mat3_scale(shift, om_mat3_identity()));
+            shift *= 10;
+        }
         status = om_solver_refresh(m->solver, &m->A);
     }
     m->has_factors = status == OM_OK;
@@ -243,7 +269,8 @@ static OmStatus search_line(OmMatch* m, const OmMatchLoad* load, double* x, doub
     size_t n = 3 * (size_t)m->view.mesh->nvert;
     double slope = 0, e = 0;
     for (size_t i = 0; i < n; ++i) slope += m->r[i] * m->dx[i];
-    *share = 1;
+    const double far = largest(m->dx, m->view.mesh->nvert), most = MAX_STEP * m->view.edge;
+    *share = far > most ? most / far : 1;
     for (int turn = 0; turn < MAX_BACKTRACK; ++turn, *share *= 0.5) {
         for (size_t i = 0; i < n; ++i) m->y[i] = x[i] + *share * m->dx[i];
         OM_TRY(eval(m, load, m->y, &e, m->r));

@@ -33,8 +33,8 @@ typedef struct Job {
     MatchTrier trier;
     MatchEvidence evidence;
     double *belief, *probability;  // of candidates; belief: null without advice
-    double* x;  // of a set on trial                              (nacquisition x nvert x 3)
-    unsigned char* inferred;  // with advice, from the scans alone, corrected   (3 x nvert)
+    double* x;  // of a set on trial                              (nacquisition x nnode x 3)
+    unsigned char* inferred;  // with advice, from the scans alone, corrected   (3 x ncorner)
     const unsigned char* set[3 + OM_MATCH_MAX_ADVICE];  // by OmMatchEstimate.choice; null: none
     OmMatchTrial before, after;
 } Job;
@@ -79,14 +79,14 @@ static OmStatus check_motion(const OmMatch* m, int nacq, const OmAcquisition* ac
 }
 
 static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out) {
-    int nvert = m->view.mesh->nvert;
-    *out = (OmMatchEstimate){.nvert = nvert, .nacquisition = nacq};
+    int nvert = m->ncorner, nnode = m->view.mesh->nvert;
+    *out = (OmMatchEstimate){.nvert = nvert, .nnode = nnode, .nacquisition = nacq};
     out->probability = om_calloc((size_t)nvert, sizeof *out->probability);
     out->uncertainty = om_calloc((size_t)nvert, sizeof *out->uncertainty);
     out->stiffness = om_calloc((size_t)nvert, sizeof *out->stiffness);
     out->attached = om_calloc((size_t)nvert, 1);
-    out->shape = om_calloc(3 * (size_t)nvert, sizeof *out->shape);
-    out->x = om_calloc((size_t)nacq * 3 * (size_t)nvert, sizeof *out->x);
+    out->shape = om_calloc(3 * (size_t)nnode, sizeof *out->shape);
+    out->x = om_calloc((size_t)nacq * 3 * (size_t)nnode, sizeof *out->x);
     bool is_whole = out->probability && out->uncertainty && out->stiffness && out->attached &&
                     out->shape && out->x;
     for (int i = 0; is_whole && i < m->view.ncandidate; ++i)
@@ -112,12 +112,12 @@ static OmStatus check_advice(const OmMatch* m, const OmMatchAdvice* advice) {
 }
 
 static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, Job* j) {
-    size_t nvert = (size_t)m->view.mesh->nvert, n = (size_t)m->view.ncandidate;
+    size_t nnode = (size_t)m->view.mesh->nvert, n = (size_t)m->view.ncandidate;
     OM_TRY(om__match_trier_begin(m, nacq, acq, &j->trier));
     OM_TRY(om__match_evidence_begin(&j->trier, &j->evidence));
     OM_ALLOC(j->probability, n);
-    OM_ALLOC(j->x, (size_t)nacq * 3 * nvert);
-    OM_ALLOC(j->inferred, 3 * nvert);
+    OM_ALLOC(j->x, (size_t)nacq * 3 * nnode);
+    OM_ALLOC(j->inferred, 3 * (size_t)m->ncorner);
     if (!j->advice || !j->advice->probability) return OM_OK;
     OM_ALLOC(j->belief, n);
     for (size_t i = 0; i < n; ++i) j->belief[i] = j->advice->probability[m->candidate[i]];
@@ -141,8 +141,8 @@ static OmStatus infer_set(Job* j, int k, const double* belief) {
     double weight = belief ? j->advice->weight : 0;
     OM_TRY(om__match_infer(m, j->evidence.ratio, belief, weight, j->probability));
     double level = om__match_choose_level(m, j->probability);
-    unsigned char* set = j->inferred + (size_t)k * (size_t)m->view.mesh->nvert;
-    memset(set, 0, (size_t)m->view.mesh->nvert);
+    unsigned char* set = j->inferred + (size_t)k * (size_t)m->ncorner;
+    memset(set, 0, (size_t)m->ncorner);
     for (int i = 0; i < m->view.ncandidate; ++i) set[m->candidate[i]] = j->probability[i] > level;
     j->set[k] = set;
     return OM_OK;
@@ -151,7 +151,7 @@ static OmStatus infer_set(Job* j, int k, const double* belief) {
 // The attachments of the twin, corrected where twin and scans contradict each other. Tissue that moved once is free.
 static void correct_present(Job* j) {
     const OmMatch* m = j->match;
-    const size_t nvert = (size_t)m->view.mesh->nvert;
+    const size_t nvert = (size_t)m->ncorner;
     unsigned char* set = j->inferred + 2 * nvert;
     if (!j->advice || !j->advice->present) return;
     memcpy(set, j->advice->present, nvert);

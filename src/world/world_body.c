@@ -244,6 +244,33 @@ const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(
 const OmTissueModel* om_body_tissue(const OmBody* b) { return b->model->tissue; }
 const OmBodyModel* om__body_model(const OmBody* b) { return b->model; }
 const OmTetMesh* om_body_mesh(const OmBody* b) { return &b->model->shown; }
+
+// Edges of the tissue come before those of the organ: their ends have smaller numbers.
+int om_body_node_count(const OmBody* b) {
+    const int ncorner = om_tissue_corner_count(b->model->tissue);
+    const OmTetMesh* mesh = &b->model->shown;
+    int n = b->model->site->mesh.nvert;
+    for (size_t k = 0; k < 4 * (size_t)mesh->ntet; ++k)
+        if (mesh->tet_vert[k] >= ncorner) {
+            int node = mesh->tet_vert[k] - ncorner + b->model->site->mesh.nvert;
+            n = node >= n ? node + 1 : n;
+        }
+    return n;
+}
+
+int om_body_node(const OmBody* b, int node) {
+    const int nvert = b->model->site->mesh.nvert;
+    return node < nvert ? node : node - nvert + om_tissue_corner_count(b->model->tissue);
+}
+
+void om_body_get_nodes(const OmBody* b, double* x) {
+    const int n = om_body_node_count(b), nvert = b->model->site->mesh.nvert;
+    const double* now = om_body_x(b);
+    memcpy(x, now, 3 * (size_t)nvert * sizeof *x);
+    memcpy(x + 3 * (size_t)nvert, now + 3 * (size_t)om_body_node(b, nvert),
+           3 * (size_t)(n - nvert) * sizeof *x);
+}
+
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 

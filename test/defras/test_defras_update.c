@@ -44,7 +44,7 @@ static OmStatus fill(const Fake* f, int nacquisition, OmMatchEstimate* e) {
     OmPose to_task = om_pose_inverse(f->site->pose_world_task);
     OM_ALLOC(e->attached, (size_t)mesh->nvert);
     OM_ALLOC(e->stiffness, (size_t)mesh->nvert);
-    e->nvert = mesh->nvert;
+    e->nvert = e->nnode = mesh->nvert;
     e->nacquisition = nacquisition;
     memset(e->attached, 0, (size_t)mesh->nvert);
     for (int i = 0; i < under->nvert; ++i) {

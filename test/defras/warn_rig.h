@@ -47,7 +47,7 @@ static OmStatus show_truth(const Teacher* t, const OmAcquisition* a, OmMatchEsti
         const OmVec3 truth = place_in_truth(t->truth, om_load3(mesh->x, v));
         om_store3(e->shape, v, om_lerp(om_load3(a->x_twin, v), truth, t->way > 0 ? t->way : 1));
     }
-    e->nvert = mesh->nvert;
+    e->nvert = e->nnode = mesh->nvert;
     e->has_shape = true;
     return OM_OK;
 }
@@ -66,7 +66,7 @@ static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress
     OmPose to_task = om_pose_inverse(t->site->pose_world_task);
     OM_ALLOC(e->attached, (size_t)mesh->nvert);
     OM_ALLOC(e->stiffness, (size_t)mesh->nvert);
-    e->nvert = mesh->nvert;
+    e->nvert = e->nnode = mesh->nvert;
     e->nacquisition = n;
     memset(e->attached, 0, (size_t)mesh->nvert);
     memset(e->stiffness, 0, (size_t)mesh->nvert * sizeof *e->stiffness);
