@@ -1,12 +1,14 @@
 // bench_sense.c: what a camera costs a control cycle: refit after the vertices moved, colour, depth with noise,
-// point cloud, the visibility of a region, and depth of a stereo pair.
+// point cloud, the visibility of a region, depth of a stereo pair, and points followed from picture to picture.
 //
 // The scene is the lift of a sheet over a disc with a gripper: about 5,000 triangles, colour and depth at 320 x 240.
 #include "bench.h"
+#include "omentum/sense_track.h"
 
 #define WIDTH 320
 #define HEIGHT 240
 #define NDISC 1000  // points of the region
+#define NTRACK 300
 #define MAX_RUN 200
 
 typedef struct Field {
@@ -24,7 +26,8 @@ typedef struct Field {
     double *point, *point_normal;  // of the cloud
     double region[3 * NDISC];      // points of the disc
     double up[3 * NDISC];          // their normals
-
+    OmTrackPicture last;           // of the frame before
+    OmTrack track[NTRACK];
 } Field;
 
 static void field_done(Field* f) {
@@ -36,6 +39,7 @@ static void field_done(Field* f) {
     om_surface_done(&f->tool);
     om_picture_done(&f->picture);
     om_picture_done(&f->second);
+    om_track_picture_done(&f->last);
     om_free(f->stereo);
     om_free(f->skin_vert);
     om_free(f->x);
@@ -143,11 +147,11 @@ done:
     return status;
 }
 
-enum { REFIT, COLOUR, DEPTH, ALL, CLOUD, VISIBILITY, STEREO, NSTAGE };
+enum { REFIT, COLOUR, DEPTH, ALL, CLOUD, VISIBILITY, STEREO, TRACK, NSTAGE };
 static const char* const stage_name[NSTAGE] = {
     "refit after a motion",    "colour",      "depth with noise",
     "refit, colour and depth", "point cloud", "visibility of 1,000 points",
-    "depth of a stereo pair"};
+    "depth of a stereo pair",  "300 points followed"};
 
 // The time of stereo matching alone, without that of the second picture.
 static OmStatus take_stereo(Field* f, const OmSenseOptions* options, double* time) {
@@ -162,6 +166,24 @@ static OmStatus take_stereo(Field* f, const OmSenseOptions* options, double* tim
     OM_TRY(om_stereo_depth(&def, &pair, f->stereo, NULL));
     *time = bench_now() - t0;
     return OM_OK;
+}
+
+// Corners of the frame before, followed to this one: the time with the pyramid of this picture, without the corners.
+static OmStatus take_track(Field* f, const OmSenseOptions* options, double* time) {
+    OmTrackDef def = om_track_default_def();
+    OmTrackPicture now;
+    double at[2 * NTRACK];
+    int n = 0;
+    def.nworker = options->nworker;
+    if (f->last.nlevel > 0) OM_TRY(om_track_find_corners(&def, &f->last, NULL, NTRACK, at, &n));
+    double t0 = bench_now();
+    OM_TRY(om_track_picture_init(&def, &f->picture, &now));
+    OmStatus status =
+        n > 0 ? om_track_follow(&def, &f->last, &now, n, at, NULL, f->track) : OM_OK;
+    *time = bench_now() - t0;
+    om_track_picture_done(&f->last);
+    f->last = now;
+    return status;
 }
 
 // Frame 0 or 1: times of its stages in s, and the hash of what it gave.
@@ -189,10 +211,12 @@ static OmStatus take_frame(Field* f, int nworker, int frame, double* time, uint6
     time[REFIT] = t1 - t0, time[COLOUR] = t2 - t1, time[DEPTH] = t3 - t2, time[ALL] = t3 - t0;
     time[CLOUD] = t4 - t3, time[VISIBILITY] = t5 - t4;
     OM_TRY(take_stereo(f, &options, &time[STEREO]));
+    OM_TRY(take_track(f, &options, &time[TRACK]));
     uint64_t h = om_hash(f->picture.pixel, 3 * WIDTH * HEIGHT, OM_HASH_SEED);
     h = om_hash(f->depth, WIDTH * HEIGHT * sizeof(float), h);
     h = om_hash(f->point, 3 * (size_t)n * sizeof(double), h);
     h = om_hash(f->stereo, WIDTH * HEIGHT * sizeof(float), h);
+    for (int i = 0; i < NTRACK; ++i) h = om_hash(&f->track[i].u, sizeof f->track[i].u, h);
     *hash = om_hash(&share, sizeof share, h);
     return OM_OK;
 }

@@ -68,6 +68,7 @@
 #include "omentum/scene_yaml.h"
 #include "omentum/sense.h"
 #include "omentum/sense_stereo.h"
+#include "omentum/sense_track.h"
 #include "omentum/shape.h"
 #include "omentum/shape_closest.h"
 #include "omentum/shape_cloud.h"
