@@ -28,6 +28,8 @@ typedef struct OmMatchLiveDef {  // made by om_match_live_default_def
     double along;  // share of this stiffness along the surface, 0 to 1; default 0.01
     // m, displacement at which an attachment has a quarter of its stiffness; default 3 mm
     double release;
+    // Stiffness of the spring of an exact track over that of the springs to the scan at a vertex, >= 0; default 1.
+    double track_stiffness;
     double max_distance;  // m, of a pair, in iterations; default 30 mm
     double min_cosine;    // between the normals of a pair, -1 to 1; default 0.3
     // The result is lost if the median distance of pairs is above this and above three times the noise, m; default 1 mm
@@ -54,6 +56,19 @@ OM_API void om_match_live_destroy(OmMatchLive* live);
 /// @param attached  nonzero where attached, as om_body_attached; copied; null: none  (nvert of the mesh)
 OM_API void om_match_live_set_attached(OmMatchLive* live, const unsigned char* attached);
 
+/// A material point that was followed through pictures to where it is now (match_track.h).
+typedef struct OmMatchTrack {
+    int tri;            // triangle of OmMatchView.surface
+    double bary[3];     // weights of its vertices
+    OmVec3 x;           // m, the measured place
+    OmMat3 covariance;  // m^2, of x minus the material point
+} OmMatchTrack;
+
+typedef struct OmMatchTracks {  // borrowed
+    int n;
+    const OmMatchTrack* track;  // (n)
+} OmMatchTracks;
+
 typedef struct OmMatchPairs {  // om_match_pairs_done frees
     int npoint;                // of the scan
     int* tri;        // triangle of OmMatchView.surface of each point, -1: none    (npoint)
@@ -64,7 +79,9 @@ typedef struct OmMatchPairs {  // om_match_pairs_done frees
     double* x;       // the twin deformed onto the scan, m                         (nvert x 3)
     double median, p90, p95;  // m, distances of points with a partner from that surface
     double paired;            // share of points with a partner
-    double empty;       // share of the twin's view where the camera sees no tissue; 0: not known
+    double empty;  // share of the twin's view where the camera sees no tissue; 0: not known
+    // m, distances of tracks from their material points on the deformed twin; 0 without tracks
+    double track_median, track_p90;
     bool is_restarted;  // lost from x_twin; this result is of a restart
     bool is_lost;       // do not use the pairs
     char reason[256];   // why lost; "" if not
@@ -78,6 +95,13 @@ typedef struct OmMatchPairs {  // om_match_pairs_done frees
 OM_API OmStatus om_match_find_pairs(OmMatchLive* live, const OmScan* scan, int ngrasp,
                                     const OmMatchGrasp* grasp, const double* x_twin,
                                     OmMatchPairs* pairs);
+/// The same with material points that were followed through pictures: a spring ties each to its measured place, in all
+/// directions, weighted by its covariance; one that does not fit the others loses its weight.
+/// @param tracks  may be null: as om_match_find_pairs
+/// @return as om_match_find_pairs; OM_INVALID also for a track that is not valid
+OM_API OmStatus om_match_find_pairs_with(OmMatchLive* live, const OmScan* scan, int ngrasp,
+                                         const OmMatchGrasp* grasp, const double* x_twin,
+                                         const OmMatchTracks* tracks, OmMatchPairs* pairs);
 OM_API void om_match_pairs_done(OmMatchPairs* pairs);
 /// The displacement field on the twin's surface.
 /// @param u     displacement from rest of each vertex of OmMatchView.surface, m    (surface->nvert x 3)

@@ -41,6 +41,7 @@
 #include "omentum/match_register.h"
 #include "omentum/match_report.h"
 #include "omentum/match_spectral.h"
+#include "omentum/match_track.h"
 #include "omentum/math_grid.h"
 #include "omentum/nn.h"
 #include "omentum/nn_file.h"

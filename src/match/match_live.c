@@ -34,7 +34,9 @@
 #define HOLD 10.0   // stiffness of springs over that of a vertex of the surface: grasped vertices
 #define GROUND 3.0  // ... board and organ
 #define TOUCH 5e-4  // m, a vertex nearer to board or organ rests on it
-#define MIN_VOLUME 0.2  // of det F; an iteration that goes below is shortened
+#define TRACK_EXACT 5e-4  // m, standard deviation at which a track's spring has half its stiffness
+#define TRACK_SCALE 3e-3  // m, least distance at which it has a quarter of it
+#define MIN_VOLUME 0.2    // of det F; an iteration that goes below is shortened
 #define MAX_HALVING 5
 #define MIN_PAIRED 20   // points with a partner; fewer place nothing
 #define MAX_MOVE 3.0    // edges, of a vertex in an iteration
@@ -73,9 +75,12 @@ typedef struct Scan {  // one call
     const OmScan* scan;
     int ngrasp;
     const OmMatchGrasp* grasp;
+    int ntrack;
+    const OmMatchTrack* track;
     MatchBuffer buffer;
     int* tri;
     double *bary, *distance, *sorted;  // distance: HUGE_VAL without partner
+    double *off, *off_sorted;          // of tracks, m
     int npaired;
     double median, scale;
     bool has_diverged;  // an iteration had no finite solution
@@ -89,6 +94,7 @@ OmMatchLiveDef om_match_live_default_def(const OmMatch* match) {
                             .nfit = 5,
                             .fit_stiffness = 1,
                             .along = 0.01,
+                            .track_stiffness = 1,
                             .release = 3e-3,
                             .max_distance = 0.03,
                             .min_cosine = 0.3,
@@ -113,6 +119,8 @@ static OmStatus check_def(const OmMatchLiveDef* d) {
     OM_CHECK(is_in(d->fit_stiffness, 1e-6, 1e6) && is_in(d->along, 0, 1), OM_INVALID,
              "OmMatchLiveDef: fit_stiffness %g must be 1e-6 to 1e6, along %g 0 to 1",
              d->fit_stiffness, d->along);
+    OM_CHECK(is_in(d->track_stiffness, 0, 1e6), OM_INVALID,
+             "OmMatchLiveDef.track_stiffness is %g; 0 to 1e6", d->track_stiffness);
     OM_CHECK(is_in(d->release, 1e-6, 1e3) && is_in(d->max_distance, 1e-6, 1e3) &&
                  is_in(d->min_cosine, -1, 1) && is_in(d->max_median, 0, 1e3) &&
                  is_in(d->max_p95, 0, 1e3),
@@ -363,6 +371,36 @@ static OmStatus add_pairs(Scan* s) {
     return OM_OK;
 }
 
+// Distances of the tracks from their material points at live->x; returns a percentile.
+static double measure_tracks(Scan* s, double share) {
+    for (int i = 0; i < s->ntrack; ++i) {
+        const OmMatchTrack* t = &s->track[i];
+        s->off[i] = om_distance(t->x, point_of(s->live, s->live->x, t->tri, t->bary));
+        s->off_sorted[i] = s->off[i];
+    }
+    om_sort_doubles(s->off_sorted, s->ntrack);
+    return s->ntrack > 0 ? s->off_sorted[(int)(share * (s->ntrack - 1))] : 0;
+}
+
+// A spring from each track to its material point, with the matrix r^2 (C + r^2 I)^-1 for its covariance C.
+static OmStatus add_tracks(Scan* s) {
+    OmMatchLive* live = s->live;
+    if (s->ntrack == 0) return OM_OK;
+    double k = live->def.track_stiffness * live->def.fit_stiffness * live->stiffness;
+    double scale = fmax(TRACK_SCALE, 3 * measure_tracks(s, 0.5)), r2 = TRACK_EXACT * TRACK_EXACT;
+    for (int i = 0; i < s->ntrack; ++i) {
+        const OmMatchTrack* t = &s->track[i];
+        OmVec3 e = om_sub(t->x, point_of(live, live->x, t->tri, t->bary));
+        OmMat3 K = om_mat3_add(t->covariance, om_mat3_diag(om_vec3(r2, r2, r2)));
+        OM_TRY(om_mat3_inverse(K, &K));
+        K = om_mat3_scale(k * r2 * weight_of(s->off[i], scale), K);
+        const double weight[4] = {t->bary[0], t->bary[1], t->bary[2], 0};
+        OM_TRY(om_tissue_add_point_force(live->work, live->tri_tet + 4 * (size_t)t->tri, weight,
+                                         om_mat3_apply(K, e), K));
+    }
+    return OM_OK;
+}
+
 // ---- one iteration --------------------------------------------------------------------------------------------
 
 static OmMat3 isotropic(double k) { return om_mat3_diag(om_vec3(k, k, k)); }
@@ -414,14 +452,16 @@ static OmStatus move(OmMatchLive* live, double h) {
     return OM_OK;
 }
 
-// A step of gradient flow of h seconds; with the springs of the scan if `scan` is not null.
-static OmStatus iterate(OmMatchLive* live, Scan* scan, double h) {
+// A step of gradient flow of h seconds with the springs of the tracks, and with those of the scan if `fits`.
+static OmStatus iterate(Scan* s, bool fits, double h) {
+    OmMatchLive* live = s->live;
     OM_TRY(om_tissue_begin_step(live->model, live->state, live->work, h));
     for (int v = 0; v < live->view->mesh->nvert; ++v) add_support(live, v);
-    if (scan) {
-        find_pairs(scan);
-        OM_TRY(add_pairs(scan));
+    if (fits) {
+        find_pairs(s);
+        OM_TRY(add_pairs(s));
     }
+    OM_TRY(add_tracks(s));
     OM_TRY(om_tissue_solve_step(live->model, live->state, live->work, NULL));
     return move(live, h);
 }
@@ -465,7 +505,7 @@ static OmStatus begin(Scan* s, const double* x) {
 }
 
 static OmStatus fit(Scan* s) {
-    for (int k = 0; k < s->live->def.nfit; ++k) OM_TRY(iterate(s->live, s, FIT_STEP));
+    for (int k = 0; k < s->live->def.nfit; ++k) OM_TRY(iterate(s, true, FIT_STEP));
     find_pairs(s);
     return OM_OK;
 }
@@ -474,7 +514,7 @@ static OmStatus start_from_twin(Scan* s, const double* x_twin) {
     OM_TRY(hold(s, 1));
     s->live->force.stick = 0;
     OM_TRY(begin(s, x_twin));
-    for (int k = 0; k < s->live->def.nfollow; ++k) OM_TRY(iterate(s->live, NULL, FOLLOW_STEP));
+    for (int k = 0; k < s->live->def.nfollow; ++k) OM_TRY(iterate(s, false, FOLLOW_STEP));
     return fit(s);
 }
 
@@ -489,11 +529,11 @@ static OmStatus start_from_rest(Scan* s, double stick) {
     OM_TRY(begin(s, live->view->mesh->x));
     for (int k = 1; k <= n; ++k) {
         OM_TRY(hold(s, (double)k / n));
-        for (int i = 0; i < RESTART_HOLD; ++i) OM_TRY(iterate(live, NULL, FOLLOW_STEP));
+        for (int i = 0; i < RESTART_HOLD; ++i) OM_TRY(iterate(s, false, FOLLOW_STEP));
     }
     OM_TRY(fit(s));
     OM_TRY(begin(s, live->x));
-    for (int k = 0; k < live->def.nfollow; ++k) OM_TRY(iterate(live, NULL, FOLLOW_STEP));
+    for (int k = 0; k < live->def.nfollow; ++k) OM_TRY(iterate(s, false, FOLLOW_STEP));
     return fit(s);
 }
 
@@ -511,7 +551,7 @@ static OmStatus run_start(Scan* s, const double* x, double stick, bool is_first)
 
 // ---- the result -----------------------------------------------------------------------------------------------
 
-static void judge(const Scan* s, OmMatchPairs* p) {
+static void judge(Scan* s, OmMatchPairs* p) {
     const OmMatchLiveDef* def = &s->live->def;
     int nview = s->buffer.ntissue + s->buffer.nother;
     p->median = s->median;
@@ -519,6 +559,8 @@ static void judge(const Scan* s, OmMatchPairs* p) {
     p->p95 = percentile(s, 0.95);
     p->paired = s->scan->npoint > 0 ? (double)s->npaired / s->scan->npoint : 0;
     p->empty = nview > 0 ? (double)s->buffer.nother / nview : 0;
+    p->track_median = measure_tracks(s, 0.5);
+    p->track_p90 = measure_tracks(s, 0.9);
     double noise = 3 * s->scan->noise, median = fmax(def->max_median, noise);
     double p95 = fmax(def->max_p95, noise);
     char* reason = p->reason;
@@ -587,6 +629,7 @@ static OmStatus search(Scan* s, const double* x_twin, OmMatchPairs* p) {
         if (other.is_lost && badness(&other, def) >= badness(p, def)) continue;
         p->median = other.median, p->p90 = other.p90, p->p95 = other.p95;
         p->paired = other.paired, p->empty = other.empty;
+        p->track_median = other.track_median, p->track_p90 = other.track_p90;
         p->is_lost = other.is_lost, p->is_restarted = true;
         memcpy(p->reason, other.reason, sizeof p->reason);
         write(s, p);
@@ -627,9 +670,11 @@ static OmStatus scan_init(Scan* s) {
     OM_ALLOC(s->bary, 3 * n);
     OM_ALLOC(s->distance, n);
     OM_ALLOC(s->sorted, n);
+    if (s->ntrack > 0) OM_ALLOC(s->off, 2 * (size_t)s->ntrack);
+    s->off_sorted = s->off ? s->off + s->ntrack : NULL;
     if (s->scan->has_camera)
         OM_TRY(om__match_buffer_init(s->scan, s->live->view->surface->nvert, &s->buffer));
-    return om_tissue_reserve_points(s->live->work, s->scan->npoint);
+    return om_tissue_reserve_points(s->live->work, s->scan->npoint + s->ntrack);
 }
 
 static void scan_done(Scan* s) {
@@ -637,11 +682,29 @@ static void scan_done(Scan* s) {
     om_free(s->bary);
     om_free(s->distance);
     om_free(s->sorted);
+    om_free(s->off);
     om__match_buffer_done(&s->buffer);
 }
 
-OmStatus om_match_find_pairs(OmMatchLive* live, const OmScan* scan, int ngrasp,
-                             const OmMatchGrasp* grasp, const double* x_twin, OmMatchPairs* pairs) {
+static OmStatus check_tracks(const OmMatchLive* live, const OmMatchTracks* tracks) {
+    for (int i = 0; i < tracks->n; ++i) {
+        const OmMatchTrack* t = &tracks->track[i];
+        OM_CHECK(t->tri >= 0 && t->tri < live->view->surface->ntri, OM_INVALID,
+                 "match: track %d is on triangle %d; the surface has %d", i, t->tri,
+                 live->view->surface->ntri);
+        bool is_good = om_is_finite3(t->x) && isfinite(om_mat3_norm(t->covariance));
+        for (int k = 0; k < 3; ++k) is_good = is_good && is_in(t->bary[k], -1e-6, 1 + 1e-6);
+        OM_CHECK(is_good, OM_INVALID,
+                 "match: track %d has a value that is not finite or a weight "
+                 "outside 0 to 1",
+                 i);
+    }
+    return OM_OK;
+}
+
+OmStatus om_match_find_pairs_with(OmMatchLive* live, const OmScan* scan, int ngrasp,
+                                  const OmMatchGrasp* grasp, const double* x_twin,
+                                  const OmMatchTracks* tracks, OmMatchPairs* pairs) {
     double start = om_clock_now();
     memset(pairs, 0, sizeof *pairs);
     OM_TRY(om_scan_check(scan));
@@ -649,6 +712,10 @@ OmStatus om_match_find_pairs(OmMatchLive* live, const OmScan* scan, int ngrasp,
         OM_CHECK(om_is_finite3(om_load3(x_twin, v)), OM_INVALID,
                  "match: position of vertex %d of the twin is not finite", v);
     Scan s = {.live = live, .scan = scan, .ngrasp = ngrasp, .grasp = grasp};
+    if (tracks) {
+        OM_TRY(check_tracks(live, tracks));
+        s.ntrack = tracks->n, s.track = tracks->track;
+    }
     OmStatus status = OM_OK;
     OM_TRY_DONE(scan_init(&s));
     OM_TRY_DONE(pairs_init(scan->npoint, live->view->mesh->nvert, pairs));
@@ -659,6 +726,11 @@ done:
     scan_done(&s);
     if (status < 0) om_match_pairs_done(pairs);
     return status;
+}
+
+OmStatus om_match_find_pairs(OmMatchLive* live, const OmScan* scan, int ngrasp,
+                             const OmMatchGrasp* grasp, const double* x_twin, OmMatchPairs* pairs) {
+    return om_match_find_pairs_with(live, scan, ngrasp, grasp, x_twin, NULL, pairs);
 }
 
 void om_match_pairs_displacement(const OmMatchView* view, const OmMatchPairs* pairs, double* u,
