@@ -148,10 +148,14 @@ done:
 }
 
 enum { REFIT, COLOUR, DEPTH, ALL, CLOUD, VISIBILITY, STEREO, TRACK, NSTAGE };
-static const char* const stage_name[NSTAGE] = {
-    "refit after a motion",    "colour",      "depth with noise",
-    "refit, colour and depth", "point cloud", "visibility of 1,000 points",
-    "depth of a stereo pair",  "300 points followed"};
+static const char* const stage_name[NSTAGE] = {"refit after a motion",
+                                               "colour",
+                                               "depth with noise",
+                                               "refit, colour and depth",
+                                               "point cloud",
+                                               "visibility of 1,000 points",
+                                               "depth of a stereo pair",
+                                               "300 points followed"};
 
 // The time of stereo matching alone, without that of the second picture.
 static OmStatus take_stereo(Field* f, const OmSenseOptions* options, double* time) {
@@ -178,8 +182,7 @@ static OmStatus take_track(Field* f, const OmSenseOptions* options, double* time
     if (f->last.nlevel > 0) OM_TRY(om_track_find_corners(&def, &f->last, NULL, NTRACK, at, &n));
     double t0 = bench_now();
     OM_TRY(om_track_picture_init(&def, &f->picture, &now));
-    OmStatus status =
-        n > 0 ? om_track_follow(&def, &f->last, &now, n, at, NULL, f->track) : OM_OK;
+    OmStatus status = n > 0 ? om_track_follow(&def, &f->last, &now, n, at, NULL, f->track) : OM_OK;
     *time = bench_now() - t0;
     om_track_picture_done(&f->last);
     f->last = now;
