@@ -30,6 +30,7 @@ extern "C" {
 #define OM_RL_MAX_CHOICE 64  // choices of all components together
 #define OM_RL_MAX_INFO 8     // named values beside the observation
 #define OM_RL_NAME 32        // bytes of a name with its end
+#define OM_RL_SETTINGS 2048  // bytes of OmRlTask.settings and values with their ends
 #define OM_RL_MEANING 160    // bytes of OmRlTask.meaning with its end
 
 typedef struct OmRlTask OmRlTask;
@@ -109,6 +110,8 @@ struct OmRlTask {  // head of every kind of task; constant after creation
     // Settings that change what observations and actions mean, as KEY=VALUE with spaces between: demonstrations of
     // other ones are refused. Empty: there are none.
     char meaning[OM_RL_MEANING];
+    // Lines KEY=VALUE: the settings that the task was created with (om_rl_task_create), and all values that follow.
+    char settings[OM_RL_SETTINGS], values[OM_RL_SETTINGS];
     uint64_t hash;  // of all settings: checkpoints of other settings are refused
 };
 

@@ -35,6 +35,8 @@ typedef struct OmRlPolicyDef {
     // Sides of the picture that is observed, at least OM_RL_MIN_SIDE: convolutions. 0 (default where the task's
     // observation is no picture, or a smaller one): a perceptron reads the values.
     int picture_width, picture_height;
+    // Of the task that it is trained on: OmRlTask.settings and values; "" in a file that does not state them.
+    char settings[OM_RL_SETTINGS], values[OM_RL_SETTINGS];
     uint64_t seed;  // of the weights, default 1
 } OmRlPolicyDef;
 OM_API OmRlPolicyDef om_rl_policy_default_def(const OmRlTask* task);
@@ -52,6 +54,17 @@ OM_API float* om_rl_policy_parameters(OmRlPolicy* policy, OmRlNet which);
 /// Whether the policy observes and acts as the task wants.
 /// @return OM_OK; OM_INVALID (another task or other sizes)
 OM_API OmStatus om_rl_policy_check(const OmRlPolicy* policy, const OmRlTask* task);
+
+/// The task that the policy was trained on, with other settings: a setting that is not given is the policy's.
+/// @param setting  (nsetting), may be null if there are none
+/// @return as om_rl_task_create
+OM_API OmStatus om_rl_policy_task(const OmRlPolicy* policy, const OmRlSetting* setting,
+                                  int nsetting, OmRlTask** task);
+/// Whether the file states the settings of its training; older ones do not.
+OM_API bool om_rl_policy_is_stated(const OmRlPolicy* policy);
+/// Append each value that differs from training, as "move_mm 0.5 (here 2), repeat 1 (here 4)".
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_rl_policy_differ(const OmRlPolicy* policy, const OmRlTask* task, OmText* text);
 
 /// Write both networks into one safetensors file with `meta` and lines that om_rl_policy_load needs.
 /// @return OM_OK; OM_INVALID (a value that is not finite); OM_NO_MEMORY; OM_IO

@@ -114,6 +114,32 @@ OmStatus om_cli_rl_task(const OmCliArgs* args, OmRlTask** task) {
     return om_rl_task_create(name, s.setting, s.n, task);
 }
 
+// Which settings differ from training.
+static OmStatus tell_settings(const OmRlPolicy* policy, const char* file, const OmRlTask* task) {
+    OmText text = {0};
+    if (!om_rl_policy_is_stated(policy)) {
+        printf("note: %s: the settings of its training: not stated\n", file);
+        return OM_OK;
+    }
+    const OmStatus status = om_rl_policy_differ(policy, task, &text);
+    if (status >= 0 && text.len)
+        fprintf(stderr, "warning: %s was trained with other settings: %s\n", file, text.str);
+    om_text_done(&text);
+    return status;
+}
+
+OmStatus om_cli_rl_policy_task(const OmCliArgs* args, const OmRlPolicy* policy, const char* file,
+                               OmRlTask** task) {
+    const char *name = om_cli_get(args, "--task"), *own = om_rl_policy_def(policy)->task;
+    Settings s = {.n = 0};
+    *task = NULL;
+    // the evaluation refuses a policy of another task
+    if (name && strcmp(name, own) != 0) return om_cli_rl_task(args, task);
+    OM_TRY(read_settings(args, "--set", &s));
+    OM_TRY(om_rl_policy_task(policy, s.setting, s.n, task));
+    return tell_settings(policy, file, *task);
+}
+
 OmStatus om_cli_rl_more(const OmCliArgs* args, const char* more, OmRlTask** task) {
     Settings s = {.n = 0};
     *task = NULL;

@@ -4,6 +4,7 @@
 
 #include "cli_common.h"
 #include "omentum/rl.h"
+#include "omentum/rl_policy.h"
 
 #define OM_CLI_RL_TASK                                                                   \
     {"--task", "-t", "NAME", "task: cart-pole, reach, retract, ..; list prints them"}, { \
@@ -30,7 +31,11 @@ typedef struct OmCliRlWords {
 OmStatus om_cli_rl_config(OmCliArgs* args, OmCliRlWords* words);
 // Create the task of --task with the settings of --set.
 OmStatus om_cli_rl_task(const OmCliArgs* args, OmRlTask** task);
-// The same with more settings of the option `more` behind them; *task is null if there are none.
+// The same for a policy of `file`: task and settings that are not given are the policy's. A line names settings that
+// differ from its training, or says that it does not state them.
+OmStatus om_cli_rl_policy_task(const OmCliArgs* args, const OmRlPolicy* policy, const char* file,
+                               OmRlTask** task);
+// The same as om_cli_rl_task with more settings of the option `more` behind them; *task is null if there are none.
 OmStatus om_cli_rl_more(const OmCliArgs* args, const char* more, OmRlTask** task);
 // Print the names of all tasks.
 void om_cli_rl_list(void);

@@ -81,14 +81,11 @@ static void print_tissue(const OmRlTask* task, const OmRlEval* e) {
 }
 
 // After a cancellation: the figures and the table of the finished episodes, if there are any.
-static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_good,
-                         bool* is_partial) {
-    const char* path = om_cli_get(args, "--policy");
-    OmRlPolicy* policy = NULL;
+static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, OmRlPolicy* policy,
+                         bool* is_good, bool* is_partial) {
     OmRlEval e = {0};
     int seed = 1000;
     OmStatus status = OM_OK;
-    if (path) OM_TRY(om_rl_policy_load(path, &policy));
     OmRlEvalDef def = om_rl_eval_default_def(task, policy);
     OM_TRY_DONE(om_cli_int(args, "--episodes", &def.nepisode));
     OM_TRY_DONE(om_cli_int(args, "--seed", &seed));
@@ -124,26 +121,33 @@ static OmStatus evaluate(const OmCliArgs* args, const OmRlTask* task, bool* is_g
     if (!*is_good) om_cli_reason("the mean score is below the task's target");
 done:
     om_rl_eval_done(&e);
-    om_rl_policy_destroy(policy);
     return status;
 }
 
 int om_cli_rl_eval(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    const char* path = NULL;
     int npositional;
     OmRlTask* task = NULL;
+    OmRlPolicy* policy = NULL;
     bool is_good = true, is_partial = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_rl_task(&args, &task);
-    if (status >= 0 && !om_cli_get(&args, "--policy") && !om_cli_get(&args, "--expert") &&
-        !om_cli_get(&args, "--random"))
+    if (status >= 0) path = om_cli_get(&args, "--policy");
+    if (status >= 0 && !path && !om_cli_get(&args, "--expert") && !om_cli_get(&args, "--random"))
         status = om_error(OM_INVALID, "give a policy (-p FILE), --expert or --random");
+    if (status < 0) return om_cli_usage("rl eval");
+    if (path) status = om_rl_policy_load(path, &policy);
+    if (status < 0) return om_cli_fail("rl eval", status);
+    status =
+        path ? om_cli_rl_policy_task(&args, policy, path, &task) : om_cli_rl_task(&args, &task);
     if (status < 0) {
         om_rl_task_destroy(task);
+        om_rl_policy_destroy(policy);
         return om_cli_usage("rl eval");
     }
-    status = evaluate(&args, task, &is_good, &is_partial);
+    status = evaluate(&args, task, policy, &is_good, &is_partial);
     om_rl_task_destroy(task);
+    om_rl_policy_destroy(policy);
     if (is_partial) {
         fprintf(stderr, "omentum rl eval: %s\n", om_error_message());
         return OM_EXIT_CANCELLED;
@@ -159,8 +163,9 @@ const OmCliVerb om_cli_verb_rl_eval = {
     .usage = "omentum rl eval -t TASK -p FILE [options]",
     .about =
         "Runs one episode from each start of the task's evaluation, or drawn ones. The policy takes the\n"
-        "most probable action. Exit code 1: the mean score is below the task's target. When it is stopped, it gives\n"
-        "the figures of the finished episodes.",
+        "most probable action. Task and settings that are not given are those that it was trained with; a warning\n"
+        "names each that is another one. Exit code 1: the mean score is below the task's target. When it is\n"
+        "stopped, it gives the figures of the finished episodes.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum rl eval -t reach -p out/reach/policy.safetensors\n"

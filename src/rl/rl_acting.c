@@ -49,6 +49,17 @@ OmStatus om_rl_acting_next(OmRlActing* a, bool is_reach, bool is_first, OmVec3 t
 
 double om_rl_acting_side(const OmRlActing* a) { return a->side; }
 
+// Motions have the step of the task's default.
+static OmStatus warn_of_settings(const char* path, const OmRlPolicy* policy, const OmRlTask* task) {
+    OmText text = {0};
+    const OmStatus status = om_rl_policy_differ(policy, task, &text);
+    if (status >= 0 && text.len)
+        om_log(OM_LOG_WARNING, "%s: trained with other settings than motions have: %s", path,
+               text.str);
+    om_text_done(&text);
+    return status;
+}
+
 OmStatus om_rl_acting_load(const char* path, OmRlActing** out) {
     OmRlTask* task = NULL;
     *out = NULL;
@@ -62,6 +73,7 @@ OmStatus om_rl_acting_load(const char* path, OmRlActing** out) {
             status = om_error_prefix(
                 status, "%s: motions need a policy of `omentum rl train -t approach`", path);
     }
+    if (status >= 0) status = warn_of_settings(path, a->policy, task);
     om_rl_task_destroy(task);
     if (status >= 0) status = om_rl_actor_create(a->policy, 1, &a->actor);
     if (status < 0) {

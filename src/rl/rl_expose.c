@@ -352,6 +352,7 @@ static void fill_head(OmRlExpose* e) {
         h->picture_height = e->retract->picture_height;
     }
     memcpy(h->meaning, e->retract->meaning, sizeof h->meaning);
+    memcpy(h->values, e->retract->values, sizeof h->values);
     h->hash = om_hash(e->goal, sizeof e->goal, e->retract->hash);
 }
 

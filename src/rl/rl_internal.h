@@ -28,6 +28,13 @@ OmStatus om__rl_setting_number(const char* task, const OmRlSetting* setting, dou
 OmStatus om__rl_setting_unknown(const char* task, const OmRlSetting* setting,
                                 const char* const* known);
 
+// Add a line KEY=VALUE to a text of `size` bytes; the text is not changed where it has no room.
+OmStatus om__rl_settings_add(char* text, size_t size, const char* key, const char* value);
+// Fill task->settings, and task->values if the task has none of its own.
+OmStatus om__rl_settings_fill(OmRlTask* task, const OmRlSetting* setting, int nsetting);
+// The policy is trained further on this task.
+void om__rl_policy_set_task(OmRlPolicy* policy, const OmRlTask* task);
+
 // ---- keys of a person
 
 // Six directions of a tip whose components of the action begin at `first`: the left hand has w s a d e c, the right

@@ -48,6 +48,8 @@ OmRlPolicyDef om_rl_policy_default_def(const OmRlTask* task) {
     }
     memcpy(def.task, task->name, sizeof def.task);
     memcpy(def.nchoice, task->nchoice, sizeof def.nchoice);
+    memcpy(def.settings, task->settings, sizeof def.settings);
+    memcpy(def.values, task->values, sizeof def.values);
     return def;
 }
 
@@ -172,6 +174,11 @@ float* om_rl_policy_parameters(OmRlPolicy* policy, OmRlNet which) {
     return policy->param[which == OM_RL_CRITIC];
 }
 
+void om__rl_policy_set_task(OmRlPolicy* policy, const OmRlTask* task) {
+    memcpy(policy->def.settings, task->settings, sizeof policy->def.settings);
+    memcpy(policy->def.values, task->values, sizeof policy->def.values);
+}
+
 OmStatus om_rl_policy_check(const OmRlPolicy* policy, const OmRlTask* task) {
     const OmRlPolicyDef* d = &policy->def;
     OM_CHECK(strcmp(d->task, task->name) == 0, OM_INVALID, "the policy is of task %s, not of %s",
@@ -227,6 +234,10 @@ OmStatus om_rl_policy_save(const OmRlPolicy* policy, const OmTextPair* meta, int
         {"components", size[1]}, {"choices", choice},        {"layers", size[2]},
         {"width", size[3]},      {"activation", activation}, {"checksum", checksum}};
     for (size_t i = 0; i < sizeof own / sizeof *own; ++i) pair[n++] = own[i];
+    if (d->values[0]) {
+        pair[n++] = (OmTextPair){"settings", d->settings};
+        pair[n++] = (OmTextPair){"values", d->values};
+    }
     if (d->picture_width > 0) pair[n++] = (OmTextPair){"picture", picture};
     OM_CHECK(nmeta >= 0 && nmeta <= MAX_META - n, OM_INVALID, "policy: %d lines of metadata",
              nmeta);
@@ -264,6 +275,17 @@ static OmStatus read_picture(const char* path, const char* text, OmRlPolicyDef* 
     return OM_OK;
 }
 
+// Lines KEY=VALUE; "" where the file does not state them.
+static OmStatus read_lines(const OmTensorFile* file, const char* path, const char* key,
+                           char out[OM_RL_SETTINGS]) {
+    const char* text = om_tensor_file_meta(file, key);
+    if (!text) return OM_OK;
+    OM_CHECK(strlen(text) < OM_RL_SETTINGS, OM_INVALID, "%s: %s has more than %d bytes", path, key,
+             OM_RL_SETTINGS - 1);
+    strcpy(out, text);
+    return OM_OK;
+}
+
 static OmStatus read_def(const OmTensorFile* file, const char* path, OmRlPolicyDef* d) {
     const char* kind = om_tensor_file_meta(file, "content");
     const char* task = om_tensor_file_meta(file, "task");
@@ -278,6 +300,8 @@ static OmStatus read_def(const OmTensorFile* file, const char* path, OmRlPolicyD
     OM_TRY(om_tensor_file_setting(file, path, "width", 1, 4096, &d->width));
     OM_TRY(om_tensor_file_setting(file, path, "activation", OM_RELU, OM_SIGMOID, &activation));
     d->activation = (OmActivation)activation;
+    OM_TRY(read_lines(file, path, "settings", d->settings));
+    OM_TRY(read_lines(file, path, "values", d->values));
     OM_TRY(read_picture(path, om_tensor_file_meta(file, "picture"), d));
     return read_choices(path, om_tensor_file_meta(file, "choices"), d);
 }

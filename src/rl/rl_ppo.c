@@ -136,6 +136,7 @@ OmStatus om__rl_learner_init(const OmRlTrainDef* def, RlLearner* l) {
     if (def->start) {
         OM_TRY(om_rl_policy_load(def->start, &l->policy));
         OM_TRY(om_rl_policy_check(l->policy, def->task));
+        om__rl_policy_set_task(l->policy, def->task);
     } else {
         OM_TRY(om_rl_policy_create(&def->policy, &l->policy));
     }

@@ -347,7 +347,11 @@ OmStatus om_rl_retract_create(const OmRlRetractDef* def, OmRlTask** task) {
     *task = NULL;
     OM_CHECK(def, OM_INVALID, "rl retract: the definition is null");
     OM_TRY(check_def(def));
-    if (def->nvariant > 1) return om__rl_varied_create(def, task);
+    if (def->nvariant > 1) {
+        OM_TRY(om__rl_varied_create(def, task));
+        om__rl_retract_print(def, *task);
+        return OM_OK;
+    }
     OmRlRetract* t = om_calloc(1, sizeof *t);
     if (!t) return OM_NO_MEMORY;
     t->def = *def;
@@ -357,5 +361,6 @@ OmStatus om_rl_retract_create(const OmRlRetractDef* def, OmRlTask** task) {
         return status;
     }
     *task = &t->head;
+    om__rl_retract_print(def, *task);
     return OM_OK;
 }

@@ -152,6 +152,11 @@ OmVec3 om__rl_draw_error(double mean, OmRng* rng);
 /// The vertex of the fat next to the true tip, and its distance.
 int om__rl_nearest(const OmRlRetract* t, const OmRlRetractState* s, double* distance);
 
+// ---- rl_retract_settings.c
+
+/// Fill task->values.
+void om__rl_retract_print(const OmRlRetractDef* def, OmRlTask* task);
+
 // ---- rl_retract_vary.c
 
 /// Body k of a varied task.

@@ -75,14 +75,15 @@ OmStatus om__rl_retract_check_numbers(const OmRlRetractDef* def) {
     return OM_OK;
 }
 
+static const char* const reward_name[] = {"thesis", "exposure"};
+static const char* const tissue_name[] = {"clusters", "thesis", "elements"};
+
 // Settings whose value is a word.
 static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_used) {
-    static const char* const reward[] = {"thesis", "exposure"};
-    static const char* const tissue[] = {"clusters", "thesis", "elements"};
     *is_used = true;
     if (strcmp(s->key, "reward") == 0) {
         for (int k = 0; k < 2; ++k)
-            if (strcmp(s->value, reward[k]) == 0) {
+            if (strcmp(s->value, reward_name[k]) == 0) {
                 def->reward = (OmRlReward)k;
                 return OM_OK;
             }
@@ -91,7 +92,7 @@ static OmStatus use_word(const OmRlSetting* s, OmRlRetractDef* def, bool* is_use
     }
     if (strcmp(s->key, "tissue") == 0) {
         int k = 0;
-        while (k < 3 && strcmp(s->value, tissue[k]) != 0) ++k;
+        while (k < 3 && strcmp(s->value, tissue_name[k]) != 0) ++k;
         OM_CHECK(k < 3, OM_INVALID,
                  "task retract: tissue is \"%s\"; it must be clusters, thesis or elements",
                  s->value);
@@ -155,6 +156,43 @@ static OmStatus use_setting(const OmRlSetting* s, OmRlRetractDef* def) {
     known[nknown++] = "instrument", known[nknown++] = "picture_side", known[nknown++] = "kidney";
     known[nknown] = NULL;
     return om__rl_setting_unknown("retract", s, known);
+}
+
+// A short number that the reader turns into v.
+static void print_number(double v, double unit, char out[32]) {
+    for (int digits = 6; digits <= 17; ++digits) {
+        double back;
+        snprintf(out, 32, "%.*g", digits, v / unit);
+        const char* at = out;
+        if (om_number_parse(&at, out + strlen(out), &back) && back * unit == v) return;
+    }
+}
+
+void om__rl_retract_print(const OmRlRetractDef* def, OmRlTask* task) {
+    char* text = task->values;
+    const size_t size = sizeof task->values;
+    char value[32];
+    text[0] = '\0';
+    // the keys fit; a long path does not, and is left out
+    (void)om__rl_settings_add(text, size, "tissue",
+                              tissue_name[def->tissue == OM_RL_ELEMENTS ? 2 : 0]);
+    (void)om__rl_settings_add(text, size, "reward", reward_name[def->reward]);
+    for (int k = 0; k < NFIELD; ++k) {
+        const Field* e = &table[k];
+        const char* field = (const char*)def + e->at;
+        if (!e->key) continue;
+        if (e->kind == NUMBER)
+            print_number(*(const double*)(const void*)field, e->unit, value);
+        else
+            snprintf(value, sizeof value, "%d",
+                     e->kind == FLAG ? *(const bool*)field : *(const int*)(const void*)field);
+        (void)om__rl_settings_add(text, size, e->key, value);
+    }
+    snprintf(value, sizeof value, "%d", def->picture_width);
+    if (def->has_picture) (void)om__rl_settings_add(text, size, "picture_side", value);
+    if (def->kidney_file) (void)om__rl_settings_add(text, size, "kidney", def->kidney_file);
+    if (def->instrument_file)
+        (void)om__rl_settings_add(text, size, "instrument", def->instrument_file);
 }
 
 OmStatus om__rl_retract_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {

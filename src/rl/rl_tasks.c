@@ -58,6 +58,7 @@ OmStatus om_rl_task_create(const char* name, const OmRlSetting* setting, int nse
         OmRlTask* made;
         OM_TRY(kinds[i].create(setting, nsetting, &made));
         OmStatus status = check_task(made);
+        if (status >= 0) status = om__rl_settings_fill(made, setting, nsetting);
         if (status < 0)
             om_rl_task_destroy(made);
         else
