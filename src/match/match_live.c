@@ -119,8 +119,9 @@ static OmStatus check_def(const OmMatchLiveDef* d) {
     OM_CHECK(is_in(d->fit_stiffness, 1e-6, 1e6) && is_in(d->along, 0, 1), OM_INVALID,
              "OmMatchLiveDef: fit_stiffness %g must be 1e-6 to 1e6, along %g 0 to 1",
              d->fit_stiffness, d->along);
-    OM_CHECK(is_in(d->track_stiffness, 0, 1e6), OM_INVALID,
-             "OmMatchLiveDef.track_stiffness is %g; 0 to 1e6", d->track_stiffness);
+    OM_CHECK(is_in(d->track_stiffness, 0, 1e6) && is_in(d->follow_step, 0, 1e3), OM_INVALID,
+             "OmMatchLiveDef: track_stiffness %g must be 0 to 1e6, follow_step %g m 0 to 1e3",
+             d->track_stiffness, d->follow_step);
     OM_CHECK(is_in(d->release, 1e-6, 1e3) && is_in(d->max_distance, 1e-6, 1e3) &&
                  is_in(d->min_cosine, -1, 1) && is_in(d->max_median, 0, 1e3) &&
                  is_in(d->max_p95, 0, 1e3),
@@ -510,11 +511,22 @@ static OmStatus fit(Scan* s) {
     return OM_OK;
 }
 
+// Iterations towards the tool's pose: as many as the grasped vertices have steps to go.
+static int count_follow(const OmMatchLive* live) {
+    double far = 0;
+    for (int i = 0; i < live->held.nvert; ++i)
+        far = fmax(far, om_distance(om_load3(live->held.goal, i),
+                                    om_load3(live->x_begin, live->held.vert[i])));
+    double step = live->def.follow_step;
+    return step > 0 ? (int)fmin(live->def.nfollow, ceil(far / step - 0.5)) : live->def.nfollow;
+}
+
 static OmStatus start_from_twin(Scan* s, const double* x_twin) {
     OM_TRY(hold(s, 1));
     s->live->force.stick = 0;
     OM_TRY(begin(s, x_twin));
-    for (int k = 0; k < s->live->def.nfollow; ++k) OM_TRY(iterate(s, false, FOLLOW_STEP));
+    int nfollow = count_follow(s->live);
+    for (int k = 0; k < nfollow; ++k) OM_TRY(iterate(s, false, FOLLOW_STEP));
     return fit(s);
 }
 

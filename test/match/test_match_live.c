@@ -348,6 +348,37 @@ static void test_visible(void** state) {
     end(&rig);
 }
 
+// The twin follows the tool in steps: none where it is there already, all of them where it is far behind.
+static void test_follow_step(void** state) {
+    (void)state;
+    for (int far = 0; far < 2; ++far) {
+        double* x[2];
+        size_t size = 0;
+        for (int k = 0; k < 2; ++k) {
+            Rig rig;
+            OmMatchPairs p;
+            begin(&rig, 8, 400, 1);
+            OmMatchLiveDef def = om_match_live_default_def(rig.match);
+            if (k)
+                def.follow_step = 4e-3;
+            else if (!far)
+                def.nfollow = 0;
+            om_match_live_destroy(rig.live);
+            assert_ok(om_match_live_create(&def, &rig.live));
+            bend_rig(&rig, 1.2, far ? 0.1 : 1.2);
+            assert_ok(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p));
+            size = sizeof *p.x * 3 * (size_t)p.nvert;
+            x[k] = malloc(size);
+            memcpy(x[k], p.x, size);
+            om_match_pairs_done(&p);
+            end(&rig);
+        }
+        assert_memory_equal(x[0], x[1], size);
+        free(x[0]);
+        free(x[1]);
+    }
+}
+
 // ---- the rest --------------------------------------------------------------------------------------------------
 
 static void test_workers(void** state) {
@@ -447,11 +478,17 @@ static void test_bad_input_and_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_bend),
-        cmocka_unit_test(test_sides),        cmocka_unit_test(test_restart),
-        cmocka_unit_test(test_lost),         cmocka_unit_test(test_hidden),
-        cmocka_unit_test(test_visible),      cmocka_unit_test(test_workers),
-        cmocka_unit_test(test_displacement), cmocka_unit_test(test_bad_input_and_memory),
+        cmocka_unit_test(test_rigid_motion),
+        cmocka_unit_test(test_bend),
+        cmocka_unit_test(test_sides),
+        cmocka_unit_test(test_restart),
+        cmocka_unit_test(test_lost),
+        cmocka_unit_test(test_hidden),
+        cmocka_unit_test(test_visible),
+        cmocka_unit_test(test_workers),
+        cmocka_unit_test(test_displacement),
+        cmocka_unit_test(test_follow_step),
+        cmocka_unit_test(test_bad_input_and_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
