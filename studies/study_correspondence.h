@@ -8,7 +8,7 @@
 #define COR_MAX_POINT 4096
 #define COR_MOVED 0.005  // m: points that moved less are not judged
 // Raise it with every change of the method: results in folders are then made anew.
-#define COR_METHOD 2
+#define COR_METHOD 3
 
 typedef struct CorWay {
     int is_lost;

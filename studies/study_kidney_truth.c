@@ -299,6 +299,7 @@ static MatchTruth* as_match_truth(const KidneyTruth* t) {
     MatchTruth* m = om_calloc(1, sizeof *m);
     if (!m) return NULL;
     m->site = t->site;
+    m->mesh = t->site.mesh;
     m->surface = t->surface;
     m->vert = t->vert;
     m->x = (double*)om_body_x(om_world_truth(t->world));

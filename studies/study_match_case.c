@@ -37,24 +37,32 @@
 const MatchSetup om__match_setup[MATCH_NSETUP] = {
     {.name = "fold-45",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      HALF_HELD,
      HALF_ELSEWHERE,
      .elevation = 70 * DEG,
      .move = FOLD(45)},
     {.name = "fold-90",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      HALF_HELD,
      HALF_ELSEWHERE,
      .elevation = 70 * DEG,
      .move = FOLD(90)},
     {.name = "fold-135",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      HALF_HELD,
      HALF_ELSEWHERE,
      .elevation = 70 * DEG,
      .move = FOLD(135)},
     {.name = "corner-100",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      HALF_HELD,
      HALF_ELSEWHERE,
      .elevation = 70 * DEG,
@@ -66,30 +74,40 @@ const MatchSetup om__match_setup[MATCH_NSETUP] = {
               .angle = 100 * DEG}},
     {.name = "pull-20",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      QUARTER_HELD,
      QUARTER_ELSEWHERE,
      .elevation = 50 * DEG,
      .move = PULL(20)},
     {.name = "pull-40",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      QUARTER_HELD,
      QUARTER_ELSEWHERE,
      .elevation = 50 * DEG,
      .move = PULL(40)},
     {.name = "pull-60",
      .cells = 20,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      QUARTER_HELD,
      QUARTER_ELSEWHERE,
      .elevation = 50 * DEG,
      .move = PULL(60)},
     {.name = "quick-135",
      .cells = 12,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      HALF_HELD,
      HALF_ELSEWHERE,
      .elevation = 70 * DEG,
      .move = FOLD(135)},
     {.name = "quick-40",
      .cells = 12,
+     .element = OM_ELEMENT_QUADRATIC,
+     .way = 5 * MM,
      QUARTER_HELD,
      QUARTER_ELSEWHERE,
      .elevation = 50 * DEG,
@@ -213,12 +231,12 @@ MatchSetup om__match_layout_setup(int layout, int grasp, int cells) {
 OmScene om__match_make_scene(const MatchSetup* setup, MatchBelief belief) {
     OmScene s = om_scene_default();
     s.tissue.law = OM_STABLE_NEO_HOOKEAN;
-    s.tissue.element = OM_ELEMENT_LINEAR;  // as in the tables of doc/notes/match.md
+    s.tissue.element = setup->element;
     snprintf(s.name, sizeof s.name, "%s", setup->name);
     double n = setup->cells, fine = floor(1.5 * n);
     s.seed = setup->layout[0] ? setup->layout[0] : 1;
     s.tissue.cells = om_vec3(n, n, 1);
-    s.tissue.world_cells = om_vec3(fine, fine, 2);
+    s.tissue.world_cells = om_vec3(fine, fine, setup->element == OM_ELEMENT_LINEAR ? 2 : 1);
     s.rgbd.elevation = setup->elevation;
     s.attach.share_min = s.attach.share_max = setup->share;
     if (!setup->layout[0]) {

@@ -11,6 +11,7 @@
 #include "omentum/world_cloud.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it
+#define MATCH_MAX_WAY 40    // pictures kept on the way
 #define MATCH_NGRASP 3      // views of an attachment case
 
 typedef enum MatchView {  // of the depth camera
@@ -40,13 +41,16 @@ typedef struct MatchMove {
 } MatchMove;
 
 typedef struct MatchSetup {
-    char name[48];  // of its files
-    int cells;      // of the twin along a side; the world has one and a half as many, in two layers
-    int layout[2];  // seeds of random attached patches; 0: none. Both 0: the box
-    double share;   // of the underside, of each patch
-    OmVec3 lo, hi;  // m, task frame: the attached box
+    char name[48];            // of its files
+    int cells;                // of the twin along a side; the world has one and a half as many
+    OmTissueElement element;  // of twin and world; linear ones of the world lie in two layers
+    int layout[2];            // seeds of random attached patches; 0: none. Both 0: the box
+    double share;             // of the underside, of each patch
+    OmVec3 lo, hi;            // m, task frame: the attached box
     OmVec3 else_lo, else_hi;  // m: the box of BELIEF_ELSEWHERE
     double elevation;         // rad, of the depth camera
+    // Pictures are kept each time the tips have gone so far, m, and as often in the wait; 0: none is kept.
+    double way;
     MatchMove move;
 } MatchSetup;
 
@@ -107,15 +111,28 @@ typedef struct MatchHead {
     MatchTick tick[MATCH_MAX_TICK];    // (ntick)
 } MatchHead;
 
+// A picture on the way: the first before the grasp, the tissue at rest.
+typedef struct MatchWay {
+    int tick;     // of the motion after which it was taken; 0: before the grasp
+    double time;  // s
+    OmArmObservation arm[OM_MAX_ARM];
+} MatchWay;
+
 typedef struct MatchTruth {  // om__match_truth_done frees; zero-initialise
     OmScene scene;
     OmSite site;        // of the world
-    OmSurface surface;  // boundary of its mesh, in the final state
+    OmTetMesh mesh;     // its tissue; of quadratic elements, as om_tissue_mesh
+    OmSurface surface;  // boundary of this mesh, in the final state
     int* vert;          // mesh vertex of each vertex of the surface
     MatchHead head;
-    double* x;                    // final positions of the world's mesh, m         (nvert x 3)
-    float* depth[NVIEW];          //                                                (pixels)
-    unsigned char* color[NVIEW];  //                                         (pixels x 3)
+    double* x;                        // final positions of the world's mesh, m         (nvert x 3)
+    float* depth[NVIEW];              //                                                (pixels)
+    unsigned char* color[NVIEW];      //                                         (pixels x 3)
+    int nway;                         // pictures on the way
+    MatchWay* way;                    // (nway)
+    double* way_x;                    // (nway x nvert x 3), m
+    float* way_depth[NVIEW];          // (nway x pixels)
+    unsigned char* way_color[NVIEW];  // (nway x pixels x 3)
 } MatchTruth;
 
 // Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup.
@@ -126,9 +143,19 @@ void om__match_truth_done(MatchTruth* truth);
 // plane have neither depth nor colour, so that a share `seen` of them stays.
 OmStatus om__match_observe(const MatchTruth* truth, const MatchMove* move, MatchView view,
                            double seen, bool keeps_far, OmObservation* obs);
+// Picture k on the way, as om__match_observe; k is nway for the end.
+OmStatus om__match_observe_way(const MatchTruth* truth, const MatchMove* move, MatchView view,
+                               double seen, bool keeps_far, int k, OmObservation* obs);
 // The scan of a view, with points `spacing` apart; 0: om_site_spacing.
 OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
                         const MatchCase* c, double spacing, OmScan* scan);
+// The same of picture k on the way.
+OmStatus om__match_scan_way(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
+                            const MatchCase* c, double spacing, int k, OmObservation* obs,
+                            OmScan* scan);
+// What a robot knows of its grasps at picture k on the way; 0 before the grasp.
+int om__match_grasps_way(const MatchTruth* truth, const MatchMove* move, int k,
+                         OmMatchGrasp* grasp);
 // What a robot knows of its grasps at the picture. Returns their number.
 int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGrasp* grasp);
 // The material point, in the rest shape, of each of n points that the camera sees: the nearest point of the true
@@ -148,7 +175,8 @@ OmStatus om__match_carry(const MatchTruth* truth, int n, const double* rest, dou
 typedef struct MatchTwin {  // om__match_twin_done frees; zero-initialise
     OmScene scene;
     OmSite site;
-    double* x;  // positions at a share of the way, m          (nvert x 3)
+    double* x;      // positions at a share of the way, m          (nvert x 3)
+    double* way_x;  // with share 1: positions at the pictures on the way, m   (nway x nvert x 3)
 } MatchTwin;
 // A twin with a belief, at rest, then moved as the measured tips moved, `share` of the way; 1: the wait after it too.
 OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const MatchTruth* truth,

@@ -17,7 +17,7 @@
 
 #define MAX_PATH 1024
 #define MAX_FILE ((size_t)256 << 20)
-#define MARK 0x4d41544348303031ull  // of a file, with its version
+#define MARK 0x4d41544348303033ull  // of a file, with its version
 #define SPEED 0.04                  // m/s, of the motion
 #define FAST 0.1                    // m/s, to the tissue
 #define ABOVE 0.02                  // m
@@ -103,6 +103,7 @@ static OmStatus hash_setup(const MatchSetup* setup, const OmScene* scene, uint64
     if (status == OM_OK) {
         *hash = om_hash(text.str, text.len, *hash);
         *hash = om_hash(setup->layout, sizeof setup->layout, *hash);
+        *hash = om_hash(&setup->way, sizeof setup->way, *hash);
         for (int k = 0; k < setup->move.narm; ++k) {
             for (int i = 0; i <= 10; ++i) {
                 OmVec3 p = om__match_tip(&setup->move, k, i / 10.0);
@@ -121,7 +122,42 @@ typedef struct Run {
     MatchTruth* truth;
     OmWorld* world;
     OmObservation obs;
+    int nkept;  // pictures on the way
 } Run;
+
+// ---- views ----------------------------------------------------------------------------------------------
+
+static size_t count_pixels(const OmCamera* camera) {
+    return (size_t)camera->width * (size_t)camera->height;
+}
+
+// Depth and colour of a view of the present state.
+static OmStatus keep_view(Run* r, MatchView view, float* depth, unsigned char* color) {
+    OmScene* scene = &r->truth->scene;  // the world borrows it
+    scene->world.has_depth_noise = view != VIEW_EXACT;
+    OmStatus status = om_world_observe(r->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->obs);
+    scene->world.has_depth_noise = true;
+    OM_TRY(status);
+    size_t n = count_pixels(&r->obs.rgbd.camera);
+    memcpy(depth, r->obs.rgbd.depth, n * sizeof *depth);
+    memcpy(color, r->obs.rgbd.color.pixel, 3 * n);
+    return OM_OK;
+}
+
+// A picture on the way.
+static OmStatus keep_way(Run* r, int tick) {
+    MatchTruth* t = r->truth;
+    size_t k = (size_t)r->nkept++, n = count_pixels(&t->head.camera);
+    size_t nx = 3 * (size_t)t->mesh.nvert;
+    for (int view = 0; view <= VIEW_EXACT; ++view)
+        OM_TRY(keep_view(r, view, t->way_depth[view] + k * n, t->way_color[view] + 3 * k * n));
+    t->way[k] = (MatchWay){.tick = tick, .time = r->obs.rgbd.time};
+    memcpy(t->way[k].arm, r->obs.arm, sizeof r->obs.arm);
+    memcpy(t->way_x + k * nx, om_body_x(om_world_truth(r->world)), nx * sizeof *t->way_x);
+    return OM_OK;
+}
+
+// ---- arms -----------------------------------------------------------------------------------------------
 
 static OmStatus tick(Run* r) {
     OM_TRY(om_world_advance(r->world, r->truth->head.dt));
@@ -161,11 +197,16 @@ static double way_length(const MatchMove* move, int k) {
     return move->angle * om_norm(across) + om_norm(move->shift);
 }
 
+static double longest_way(const MatchMove* move) {
+    double length = 0;
+    for (int k = 0; k < move->narm; ++k) length = fmax(length, way_length(move, k));
+    return length;
+}
+
 static OmStatus move_all(Run* r) {
     const MatchMove* move = &r->setup->move;
     MatchHead* h = &r->truth->head;
-    double length = 0;
-    for (int k = 0; k < move->narm; ++k) length = fmax(length, way_length(move, k));
+    double length = longest_way(move);
     h->nmove = (int)ceil(length / (SPEED * h->dt));
     h->ntick = h->nmove + WAIT;
     OM_CHECK(h->ntick <= MATCH_MAX_TICK, OM_INVALID, "%s: %d ticks", r->setup->name, h->ntick);
@@ -182,29 +223,12 @@ static OmStatus move_all(Run* r) {
         OM_TRY(om_body_get_forces(om_world_truth(r->world), &force));
         for (int k = 0; k < move->narm; ++k)
             h->force[k] = fmax(h->force[k], om_norm(force.pull[move->arm[k]]));
+        bool is_next = r->nkept < r->truth->nway && i + 1 >= r->nkept * h->ntick / r->truth->nway;
+        if (is_next) OM_TRY(keep_way(r, i + 1));
     }
     for (int k = 0; k < move->narm; ++k)
         OM_CHECK(om_arm_is_holding(&r->obs.arm[move->arm[k]]), OM_INVALID,
                  "%s: the jaw lost the tissue", r->setup->name);
-    return OM_OK;
-}
-
-// ---- views ----------------------------------------------------------------------------------------------
-
-static size_t count_pixels(const OmCamera* camera) {
-    return (size_t)camera->width * (size_t)camera->height;
-}
-
-static OmStatus keep_view(Run* r, MatchView view) {
-    MatchTruth* t = r->truth;
-    OmScene* scene = &t->scene;  // the world borrows it
-    scene->world.has_depth_noise = view != VIEW_EXACT;
-    OmStatus status = om_world_observe(r->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->obs);
-    scene->world.has_depth_noise = true;
-    OM_TRY(status);
-    size_t n = count_pixels(&r->obs.rgbd.camera);
-    memcpy(t->depth[view], r->obs.rgbd.depth, n * sizeof *t->depth[view]);
-    memcpy(t->color[view], r->obs.rgbd.color.pixel, 3 * n);
     return OM_OK;
 }
 
@@ -226,30 +250,36 @@ static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
     return status;
 }
 
-// Tissue, ROI and board without tools, with the camera and the noise of the world.
-static OmStatus render_bare(MatchTruth* t) {
+// Tissue with vertices at x, ROI and board without tools, with the camera and the noise of the world.
+static OmStatus render_bare(MatchTruth* t, const double* x, float* depth, unsigned char* color) {
     OmSenseScene* sense;
     OmPicture picture = {0};
+    OmSurface rest = t->surface;  // its texture is that of the rest shape
+    rest.x = NULL;
     float* normal = NULL;
     const OmCamera* camera = &t->head.camera;
     OmSenseLook look = om_sense_look(OM_PART_TISSUE), roi = om_sense_look(OM_PART_ROI);
-    int id;
+    int id, tissue;
     OM_TRY(om_sense_scene_create(&sense));
     OmStatus status;
     OM_ALLOC_DONE(normal, 3 * count_pixels(camera));
-    OM_TRY_DONE(om_sense_scene_add(sense, &t->surface, &look, &id));
+    OM_ALLOC_DONE(rest.x, 3 * (size_t)rest.nvert);
+    for (int i = 0; i < rest.nvert; ++i) om_store3(rest.x, i, om_load3(t->mesh.x, t->vert[i]));
+    OM_TRY_DONE(om_sense_scene_add(sense, &rest, &look, &tissue));
+    om_sense_scene_update(sense, tissue, x, t->vert);
     if (t->site.roi.ntri > 0) OM_TRY_DONE(om_sense_scene_add(sense, &t->site.roi, &roi, &id));
     OM_TRY_DONE(add_board(&t->site, sense));
     OM_TRY_DONE(om_sense_scene_commit(sense));
-    OM_TRY_DONE(om_sense_depth(sense, camera, 0, t->depth[VIEW_BARE], NULL, normal));
+    OM_TRY_DONE(om_sense_depth(sense, camera, 0, depth, NULL, normal));
     OmDepthNoise noise = om_depth_noise_default((uint64_t)t->scene.seed);
-    om_depth_add_noise(&noise, camera, 1, normal, t->depth[VIEW_BARE]);
+    om_depth_add_noise(&noise, camera, 1, normal, depth);
     OM_TRY_DONE(om_picture_init(&picture, camera->width, camera->height, 3));
     OmSenseOptions options = om_sense_options_default();
     status = om_sense_render(sense, camera, &options, &picture);
-    if (status == OM_OK) memcpy(t->color[VIEW_BARE], picture.pixel, 3 * count_pixels(camera));
+    if (status == OM_OK) memcpy(color, picture.pixel, 3 * count_pixels(camera));
 done:
     om_free(normal);
+    om_free(rest.x);
     om_picture_done(&picture);
     om_sense_scene_destroy(sense);
     return status;
@@ -258,9 +288,9 @@ done:
 static OmStatus keep_state(Run* r) {
     MatchTruth* t = r->truth;
     const double* x = om_body_x(om_world_truth(r->world));
-    memcpy(t->x, x, 3 * (size_t)t->site.mesh.nvert * sizeof *x);
-    OM_TRY(keep_view(r, VIEW_FULL));
-    OM_TRY(keep_view(r, VIEW_EXACT));
+    memcpy(t->x, x, 3 * (size_t)t->mesh.nvert * sizeof *x);
+    for (int view = 0; view <= VIEW_EXACT; ++view)
+        OM_TRY(keep_view(r, view, t->depth[view], t->color[view]));
     MatchHead* h = &t->head;
     h->time = r->obs.rgbd.time;
     h->camera = r->obs.rgbd.camera;
@@ -279,7 +309,9 @@ static OmStatus simulate(const MatchSetup* setup, int nworker, MatchTruth* truth
     OmStatus status;
     OM_TRY_DONE(om_world_create_simulated(&truth->scene, &truth->site, nworker, &r.world));
     OM_TRY_DONE(om_world_reset(r.world));
-    OM_TRY_DONE(om_world_observe(r.world, 0, &r.obs));
+    OM_TRY_DONE(om_world_observe(r.world, OM_OBSERVE_DEPTH, &r.obs));
+    truth->head.camera = r.obs.rgbd.camera;
+    if (truth->nway > 0) OM_TRY_DONE(keep_way(&r, 0));
     for (int k = 0; k < move->narm; ++k) OM_TRY_DONE(grasp(&r, k));
     OM_TRY_DONE(move_all(&r));
     status = keep_state(&r);
@@ -294,24 +326,40 @@ done:
 void om__match_truth_done(MatchTruth* t) {
     if (!t) return;
     om_site_done(&t->site);
+    om_tet_mesh_done(&t->mesh);
     om_surface_done(&t->surface);
     om_free(t->vert);
     om_free(t->x);
     for (int v = 0; v < NVIEW; ++v) {
         om_free(t->depth[v]);
         om_free(t->color[v]);
+        om_free(t->way_depth[v]);
+        om_free(t->way_color[v]);
     }
+    om_free(t->way);
+    om_free(t->way_x);
     memset(t, 0, sizeof *t);
 }
 
 static OmStatus make_room(const MatchSetup* setup, MatchTruth* t) {
     OM_TRY(om__match_build_site(setup, BELIEF_RIGHT, OM_SITE_WORLD, &t->scene, &t->site));
-    OM_TRY(om_tet_mesh_boundary(&t->site.mesh, &t->surface, &t->vert));
+    OM_TRY(om_tet_mesh_copy(&t->site.mesh, &t->mesh));
+    if (setup->element == OM_ELEMENT_QUADRATIC) OM_TRY(om_tet_mesh_refine(&t->mesh));
+    OM_TRY(om_tet_mesh_boundary(&t->mesh, &t->surface, &t->vert));
     size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
-    OM_ALLOC(t->x, 3 * (size_t)t->site.mesh.nvert);
+    double length = longest_way(&setup->move) + WAIT * t->scene.task.time_step * SPEED;
+    t->nway = setup->way > 0 ? (int)ceil(length / setup->way) : 0;
+    OM_CHECK(t->nway <= MATCH_MAX_WAY, OM_INVALID, "%s: %d pictures on the way", setup->name,
+             t->nway);
+    size_t nway = (size_t)t->nway;
+    OM_ALLOC(t->x, 3 * (size_t)t->mesh.nvert);
+    OM_ALLOC(t->way_x, 3 * (size_t)t->mesh.nvert * nway);
+    OM_ALLOC(t->way, nway);
     for (int v = 0; v < NVIEW; ++v) {
         OM_ALLOC(t->depth[v], n);
         OM_ALLOC(t->color[v], 3 * n);
+        OM_ALLOC(t->way_depth[v], nway * n);
+        OM_ALLOC(t->way_color[v], 3 * nway * n);
     }
     return OM_OK;
 }
@@ -328,20 +376,29 @@ OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nwork
     snprintf(name, sizeof name, "truth-%s.bin", setup->name);
     OM_TRY_DONE(om_path_join(dir, name, path, sizeof path));
     size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
-    Part part[2 + 2 * NVIEW] = {{&t->head, sizeof t->head},
-                                {t->x, 3 * (size_t)t->site.mesh.nvert * sizeof *t->x}};
+    size_t nway = (size_t)t->nway, nx = 3 * (size_t)t->mesh.nvert;
+    Part part[4 + 4 * NVIEW] = {{&t->head, sizeof t->head},
+                                {t->x, nx * sizeof *t->x},
+                                {t->way, nway * sizeof *t->way},
+                                {t->way_x, nway * nx * sizeof *t->way_x}};
+    int npart = 4;
     for (int v = 0; v < NVIEW; ++v) {
-        part[2 + 2 * v] = (Part){t->depth[v], n * sizeof *t->depth[v]};
-        part[3 + 2 * v] = (Part){t->color[v], 3 * n};
+        part[npart++] = (Part){t->depth[v], n * sizeof *t->depth[v]};
+        part[npart++] = (Part){t->color[v], 3 * n};
+        part[npart++] = (Part){t->way_depth[v], nway * n * sizeof *t->depth[v]};
+        part[npart++] = (Part){t->way_color[v], 3 * nway * n};
     }
-    bool is_there = om_path_exists(path) && load_parts(path, hash, part, 2 + 2 * NVIEW) == OM_OK;
+    bool is_there = om_path_exists(path) && load_parts(path, hash, part, npart) == OM_OK;
     *is_new = !is_there;
     if (!is_there) OM_TRY_DONE(simulate(setup, nworker, t));
     for (int i = 0; i < t->surface.nvert; ++i)
         om_store3(t->surface.x, i, om_load3(t->x, t->vert[i]));
     if (!is_there) {
-        OM_TRY_DONE(render_bare(t));
-        status = save_parts(path, hash, part, 2 + 2 * NVIEW);
+        OM_TRY_DONE(render_bare(t, t->x, t->depth[VIEW_BARE], t->color[VIEW_BARE]));
+        for (size_t k = 0; k < nway; ++k)
+            OM_TRY_DONE(render_bare(t, t->way_x + k * nx, t->way_depth[VIEW_BARE] + k * n,
+                                    t->way_color[VIEW_BARE] + 3 * k * n));
+        status = save_parts(path, hash, part, npart);
     }
 done:
     if (status < 0) om__match_truth_done(t);
@@ -398,21 +455,44 @@ done:
     return status;
 }
 
-OmStatus om__match_observe(const MatchTruth* t, const MatchMove* move, MatchView view, double seen,
-                           bool keeps_far, OmObservation* obs) {
-    *obs = (OmObservation){.time = t->head.time, .narm = t->scene.world.narm};
-    memcpy(obs->arm, t->head.arm, sizeof obs->arm);
+OmStatus om__match_observe_way(const MatchTruth* t, const MatchMove* move, MatchView view,
+                               double seen, bool keeps_far, int k, OmObservation* obs) {
+    bool is_end = k >= t->nway;
+    *obs = (OmObservation){.time = is_end ? t->head.time : t->way[k].time,
+                           .narm = t->scene.world.narm};
+    memcpy(obs->arm, is_end ? t->head.arm : t->way[k].arm, sizeof obs->arm);
     OmDepthPicture* picture = &obs->rgbd;
-    picture->time = t->head.time;
+    picture->time = obs->time;
     picture->camera = t->head.camera;
     size_t n = count_pixels(&picture->camera);
+    const float* depth = is_end ? t->depth[view] : t->way_depth[view] + (size_t)k * n;
+    const unsigned char* color = is_end ? t->color[view] : t->way_color[view] + 3 * (size_t)k * n;
     OmStatus status;
     OM_ALLOC_DONE(picture->depth, n);
-    memcpy(picture->depth, t->depth[view], n * sizeof *picture->depth);
+    memcpy(picture->depth, depth, n * sizeof *picture->depth);
     OM_TRY_DONE(om_picture_init(&picture->color, picture->camera.width, picture->camera.height, 3));
-    memcpy(picture->color.pixel, t->color[view], 3 * n);
+    memcpy(picture->color.pixel, color, 3 * n);
     if (seen < 1) status = cut_view(t, move, seen, keeps_far, picture);
 done:
+    if (status < 0) om_observation_done(obs);
+    return status;
+}
+
+OmStatus om__match_observe(const MatchTruth* t, const MatchMove* move, MatchView view, double seen,
+                           bool keeps_far, OmObservation* obs) {
+    return om__match_observe_way(t, move, view, seen, keeps_far, t->nway, obs);
+}
+
+OmStatus om__match_scan_way(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
+                            const MatchCase* c, double spacing, int k, OmObservation* obs,
+                            OmScan* scan) {
+    memset(scan, 0, sizeof *scan);
+    OM_TRY(om__match_observe_way(truth, move, c->view, c->seen, c->keeps_far, k, obs));
+    OmScanDef def = om_scan_default_def(om_site_spacing(twin));
+    OmCloudDef space = om_cloud_default_def(NULL, twin);
+    if (spacing > 0) def.spacing = spacing;
+    for (int a = 0; a < obs->narm && c->view != VIEW_BARE; ++a) space.psm[a] = &truth->head.psm[a];
+    OmStatus status = om_scan_from_observation(&def, &space, obs, scan);
     if (status < 0) om_observation_done(obs);
     return status;
 }
@@ -420,24 +500,25 @@ done:
 OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
                         const MatchCase* c, double spacing, OmScan* scan) {
     OmObservation obs;
-    OM_TRY(om__match_observe(truth, move, c->view, c->seen, c->keeps_far, &obs));
-    OmScanDef def = om_scan_default_def(om_site_spacing(twin));
-    OmCloudDef space = om_cloud_default_def(NULL, twin);
-    if (spacing > 0) def.spacing = spacing;
-    for (int a = 0; a < obs.narm && c->view != VIEW_BARE; ++a) space.psm[a] = &truth->head.psm[a];
-    OmStatus status = om_scan_from_observation(&def, &space, &obs, scan);
+    OM_TRY(om__match_scan_way(truth, twin, move, c, spacing, truth->nway, &obs, scan));
     om_observation_done(&obs);
-    return status;
+    return OM_OK;
+}
+
+int om__match_grasps_way(const MatchTruth* truth, const MatchMove* move, int k,
+                         OmMatchGrasp* grasp) {
+    bool is_end = k >= truth->nway;
+    if (!is_end && truth->way[k].tick == 0) return 0;
+    const OmArmObservation* arm = is_end ? truth->head.arm : truth->way[k].arm;
+    for (int i = 0; i < move->narm; ++i)
+        grasp[i] = (OmMatchGrasp){.arm = move->arm[i],
+                                  .pose_world_grasp = truth->head.grasp_tip[i],
+                                  .pose_world_now = arm[move->arm[i]].tip};
+    return move->narm;
 }
 
 int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGrasp* grasp) {
-    for (int k = 0; k < move->narm; ++k) {
-        int arm = move->arm[k];
-        grasp[k] = (OmMatchGrasp){.arm = arm,
-                                  .pose_world_grasp = truth->head.grasp_tip[k],
-                                  .pose_world_now = truth->head.arm[arm].tip};
-    }
-    return move->narm;
+    return om__match_grasps_way(truth, move, truth->nway, grasp);
 }
 
 // ---- material points ----------------------------------------------------------------------------------
@@ -476,7 +557,7 @@ done:
 
 OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, double* rest,
                                  double* distance) {
-    return om__match_find_on_surface(&t->surface, t->vert, t->site.mesh.x,
+    return om__match_find_on_surface(&t->surface, t->vert, t->mesh.x,
                                      t->head.camera.pose_world_camera.p, n, x, rest, distance);
 }
 
@@ -505,7 +586,7 @@ done:
 }
 
 OmStatus om__match_carry(const MatchTruth* t, int n, const double* rest, double* x) {
-    return om__match_carry_by(&t->site.mesh, t->x, n, rest, x);
+    return om__match_carry_by(&t->mesh, t->x, n, rest, x);
 }
 
 // ---- the twin -----------------------------------------------------------------------------------------
@@ -517,12 +598,27 @@ static OmStatus step_body(OmBody* body, double dt) {
     return status == OM_NOT_CONVERGED ? OM_OK : status;
 }
 
+static OmStatus follow_tick(OmBody* body, const MatchMove* move, const MatchHead* head, int i) {
+    for (int k = 0; k < move->narm; ++k)
+        if (om_body_is_holding(body, k))
+            OM_TRY(om_body_move(body, k, head->tick[i].tip[move->arm[k]]));
+    return step_body(body, head->dt);
+}
+
 OmStatus om__match_follow(OmBody* body, const MatchMove* move, const MatchHead* head, int ntick) {
-    for (int i = 0; i < ntick; ++i) {
-        for (int k = 0; k < move->narm; ++k)
-            if (om_body_is_holding(body, k))
-                OM_TRY(om_body_move(body, k, head->tick[i].tip[move->arm[k]]));
-        OM_TRY(step_body(body, head->dt));
+    for (int i = 0; i < ntick; ++i) OM_TRY(follow_tick(body, move, head, i));
+    return OM_OK;
+}
+
+// The whole way, with the positions at each picture on it.
+static OmStatus follow_way(OmBody* body, const MatchMove* move, const MatchTruth* t, MatchTwin* w) {
+    size_t n = 3 * (size_t)w->site.mesh.nvert;
+    OM_ALLOC(w->way_x, (size_t)t->nway * n);
+    int k = 0;
+    for (int i = 0; i <= t->head.ntick; ++i) {
+        for (; k < t->nway && t->way[k].tick == i; ++k)
+            memcpy(w->way_x + (size_t)k * n, om_body_x(body), n * sizeof *w->way_x);
+        if (i < t->head.ntick) OM_TRY(follow_tick(body, move, &t->head, i));
     }
     return OM_OK;
 }
@@ -531,6 +627,7 @@ void om__match_twin_done(MatchTwin* twin) {
     if (!twin) return;
     om_site_done(&twin->site);
     om_free(twin->x);
+    om_free(twin->way_x);
     memset(twin, 0, sizeof *twin);
 }
 
@@ -550,8 +647,11 @@ OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const M
     for (int k = 0; k < setup->move.narm; ++k)
         OM_TRY_DONE(
             om_body_grasp(body, k, head->grasp_tip[k], twin->scene.task.grasp_radius, &nheld));
-    int ntick = share < 1 ? (int)lround(share * head->nmove) : head->ntick;
-    OM_TRY_DONE(om__match_follow(body, &setup->move, head, ntick));
+    if (share < 1)
+        status = om__match_follow(body, &setup->move, head, (int)lround(share * head->nmove));
+    else
+        status = follow_way(body, &setup->move, truth, twin);
+    if (status < 0) goto done;
     memcpy(twin->x, om_body_x(body), n * sizeof *twin->x);
 done:
     om_body_destroy(body);

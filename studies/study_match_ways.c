@@ -14,12 +14,13 @@
 
 #define BEHIND 0.002  // m: a centre farther behind the rendered depth is hidden
 
-const char* const om__study_way_name[OM_STUDY_NWAY] = {"rest",        "zoomout",    "zoomout_part",
-                                                       "twin_70",     "visible_70", "live_70",
-                                                       "visible_100", "live_100"};
+const char* const om__study_way_name[OM_STUDY_NWAY] = {
+    "rest",    "zoomout",     "zoomout_part", "twin_70",   "visible_70",
+    "live_70", "visible_100", "live_100",     "tracks_70", "tracks_100"};
 const char* const om__study_way_title[OM_STUDY_NWAY] = {
-    "nearest, rest shape",   "ZoomOut",         "ZoomOut, partial",       "nearest, twin 70 %",
-    "nearest visible, 70 %", "live, twin 70 %", "nearest visible, 100 %", "live, twin 100 %"};
+    "nearest, rest shape",   "ZoomOut",           "ZoomOut, partial",       "nearest, twin 70 %",
+    "nearest visible, 70 %", "live, twin 70 %",   "nearest visible, 100 %", "live, twin 100 %",
+    "live, tracks 70 %",     "live, tracks 100 %"};
 
 // ---- nearest points ------------------------------------------------------------------------------------
 
@@ -133,10 +134,11 @@ done:
 // ---- live ----------------------------------------------------------------------------------------------
 
 // Pairs of a lost result are not used.
-static OmStatus find_live(const WayInput* in, const double* x_twin, WayAnswer* out) {
+static OmStatus find_live(const WayInput* in, const double* x_twin, const OmMatchTracks* tracks,
+                          WayAnswer* out) {
     OmMatchPairs pairs = {0};
     OmStatus status =
-        om_match_find_pairs(in->live, in->scan, in->ngrasp, in->grasp, x_twin, &pairs);
+        om_match_find_pairs_with(in->live, in->scan, in->ngrasp, in->grasp, x_twin, tracks, &pairs);
     if (status == OM_OK) {
         out->is_lost = pairs.is_lost;
         snprintf(out->reason, sizeof out->reason, "%s", pairs.reason);
@@ -160,7 +162,9 @@ OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out) 
     case OM_STUDY_TWIN: return find_nearest(in, in->x_twin[0], false, out);
     case OM_STUDY_VISIBLE: return find_nearest(in, in->x_twin[0], true, out);
     case OM_STUDY_TWIN_END: return find_nearest(in, in->x_twin[1], true, out);
-    case OM_STUDY_LIVE: return find_live(in, in->x_twin[0], out);
-    default: return find_live(in, in->x_twin[1], out);
+    case OM_STUDY_LIVE: return find_live(in, in->x_twin[0], NULL, out);
+    case OM_STUDY_LIVE_END: return find_live(in, in->x_twin[1], NULL, out);
+    case OM_STUDY_TRACKS: return find_live(in, in->x_twin[0], in->tracks[0], out);
+    default: return find_live(in, in->x_twin[1], in->tracks[1], out);
     }
 }

@@ -2,8 +2,8 @@
 #ifndef OMENTUM_STUDY_MATCH_WAYS_H
 #define OMENTUM_STUDY_MATCH_WAYS_H
 
-#include "omentum/match_live.h"
 #include "omentum/match_spectral.h"
+#include "omentum/match_track.h"
 #include "studies/study_match.h"
 #include "studies/study_match_case.h"
 
@@ -14,7 +14,8 @@ typedef struct WayInput {  // all that a robot knows
     const OmScan* scan;
     int ngrasp;
     const OmMatchGrasp* grasp;
-    const double* x_twin[2];  // after 70 % of the way, and at its end      (nvert x 3)
+    const OmMatchTracks* tracks[2];  // at the picture of the scan
+    const double* x_twin[2];         // after 70 % of the way, and at its end      (nvert x 3)
 } WayInput;
 
 typedef struct WayAnswer {

@@ -4,7 +4,7 @@ $ omentum study correspondence --quick --workers 1 -q -o out; code=$?; test $cod
 exit 0
 out ^4 cases, points that moved by 5 mm or more:
 out ^nearest, rest shape +median +[0-9.]+ mm, 90 % +[0-9.]+ mm
-out ^the goal of 3 mm, 90 % within 8 mm, 80 % answered and 60 ms is (met|missed)
+out ^the goal of 2 mm, 90 % within 5 mm, 80 % answered and 60 ms is (met|missed)
 no-err
 file out/report.html
 file out/study.json

@@ -9,7 +9,8 @@
 enum { QUICK = MATCH_NSETUP - 1 };
 static char dir[] = "/tmp/om_match_case_XXXXXX";
 static MatchTruth truth;
-static const MatchSetup* setup = &om__match_setup[QUICK];
+static MatchSetup quick[2];  // the last two setups; of linear elements where a test must be quick
+static const MatchSetup* setup = &quick[0];
 
 // Distance in the plane from a grasping point to the nearest attached vertex.
 static double distance_to_held(const OmSite* site, const double grasp[2]) {
@@ -62,7 +63,7 @@ static void test_material(void** unused) {
         for (int k = 0; k < 3; ++k) {
             int v = s->tri_vert[3 * t + k];
             now[k] = om_load3(s->x, v);
-            rest[k] = om_load3(truth.site.mesh.x, truth.vert[v]);
+            rest[k] = om_load3(truth.mesh.x, truth.vert[v]);
         }
         OmVec3 normal = om_cross(om_sub(now[1], now[0]), om_sub(now[2], now[0]));
         if (om_dot(normal, om_sub(eye, now[0])) <= 0) continue;
@@ -140,7 +141,7 @@ static double mean_x(const OmObservation* obs) {
 static void test_cut(void** unused) {
     (void)unused;
     for (int k = 0; k < 2; ++k) {
-        const MatchSetup* s = &om__match_setup[QUICK - k];
+        const MatchSetup* s = &quick[k];
         MatchTruth t;
         OmObservation near, far;
         bool is_new;
@@ -177,7 +178,7 @@ static void test_files_again(void** unused) {
     MatchTruth again;
     assert_ok(om__match_truth_get(setup, dir, 1, &is_new, &again));
     assert_false(is_new);
-    size_t n = 3 * (size_t)truth.site.mesh.nvert;
+    size_t n = 3 * (size_t)truth.mesh.nvert;
     assert_memory_equal(again.x, truth.x, n * sizeof *truth.x);
     assert_memory_equal(&again.head, &truth.head, sizeof truth.head);
     om__match_truth_done(&again);
@@ -226,9 +227,58 @@ static void test_twin(void** unused) {
     om__match_twin_done(&none);
 }
 
+// Pictures on the way: the first of the tissue at rest before the grasp; each shows the tissue where it is kept to be.
+static void test_way(void** unused) {
+    (void)unused;
+    static const MatchCase whole = {.name = "whole", .view = VIEW_FULL, .seen = 1};
+    MatchTwin twin;
+    assert_ok(om__match_twin_get(setup, BELIEF_RIGHT, &truth, 0, 1, &twin));
+    OmSurface s = truth.surface;
+    s.x = om_alloc(3 * (size_t)s.nvert, sizeof *s.x);
+    assert_int_equal(truth.way[0].tick, 0);
+    double top[2] = {0, 0}, time = -1;
+    for (int k = 0; k <= truth.nway; k += k < truth.nway - 1 ? truth.nway - 1 : 1) {
+        OmObservation obs;
+        OmScan scan;
+        OmMatchGrasp grasp[OM_MAX_ARM];
+        const double* x =
+            k < truth.nway ? truth.way_x + 3 * (size_t)truth.mesh.nvert * (size_t)k : truth.x;
+        for (int i = 0; i < s.nvert; ++i) om_store3(s.x, i, om_load3(x, truth.vert[i]));
+        assert_ok(om__match_scan_way(&truth, &twin.site, &setup->move, &whole, 0, k, &obs, &scan));
+        double* rest = om_alloc(4 * (size_t)scan.npoint, sizeof *rest);
+        double *distance = rest + 3 * (size_t)scan.npoint, mean = 0;
+        assert_ok(om__match_find_on_surface(&s, truth.vert, truth.mesh.x,
+                                            truth.head.camera.pose_world_camera.p, scan.npoint,
+                                            scan.x, rest, distance));
+        for (int i = 0; i < scan.npoint; ++i) mean += distance[i] / scan.npoint;
+        assert_true(scan.npoint > 80);
+        assert_below(mean, 5e-4);
+        top[k > 0] = 0;
+        for (int i = 0; i < s.nvert; ++i) top[k > 0] = fmax(top[k > 0], s.x[3 * i + 2]);
+        assert_int_equal(om__match_grasps_way(&truth, &setup->move, k, grasp),
+                         k > 0 ? setup->move.narm : 0);
+        assert_true(obs.time > time);
+        time = obs.time;
+        om_free(rest);
+        om_scan_done(&scan);
+        om_observation_done(&obs);
+    }
+    assert_near(top[0], 0.005, 5e-4);
+    assert_true(top[1] > 0.03);
+    om_free(s.x);
+    om__match_twin_done(&twin);
+}
+
 static int begin(void** unused) {
     (void)unused;
     bool is_new;
+    for (int k = 0; k < 2; ++k) {
+        quick[k] = om__match_setup[QUICK - k];
+        if (test_is_slow()) continue;
+        quick[k].element = OM_ELEMENT_LINEAR;
+        quick[k].way = k ? 0 : 0.04;
+        if (k) quick[k].cells = 8;
+    }
     if (!mkdtemp(dir)) return 1;
     return om__match_truth_get(setup, dir, test_count(1, 2), &is_new, &truth) != OM_OK || !is_new;
 }
@@ -244,7 +294,7 @@ int main(void) {
         cmocka_unit_test(test_twin),        cmocka_unit_test(test_cut),
         cmocka_unit_test(test_files_again), cmocka_unit_test(test_layouts),
         cmocka_unit_test(test_views),       cmocka_unit_test(test_material),
-        cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_noise),       cmocka_unit_test(test_way),
     };
     return cmocka_run_group_tests(test, begin, end);
 }
