@@ -43,8 +43,14 @@ typedef struct OmMatchDef {  // made by om_match_default_def
     double min_seen;
     // ... below this displacement of the grasp, m; default 5 mm
     double min_motion;
-    // ... above this median distance of the scan from the updated twin, m; default 4 mm
+    // ... above this median distance of the scan from the updated twin and five standard deviations of its noise, m;
+    // default 1.2 mm
     double max_residual;
+    // ... if its picture shows something else on more than this share of the updated twin's visible surface; default
+    // 0.08
+    double max_other;
+    // ... or has no depth on more than this share of it; default 0.45
+    double max_empty;
     // Adopt an estimate without asking whether the updated twin is closer to the scan; default false. For comparisons.
     bool is_unchecked;
     int nworker;  // threads; default 1
@@ -147,15 +153,53 @@ OM_API OmStatus om_match_solve(OmMatch* match, int nrhs, const double* force, do
 
 typedef struct OmAcquisition {
     OmScan scan;
+    // The tissue before the tools moved it, by the same camera; null: not known. Errors of a camera show here.
+    const OmScan* rest;
     int ngrasp;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double time;  // s
     // the twin's vertex positions at that time, m, as om_body_get_nodes gives them; null: at rest under the grasps,
     // with the attachments of the site                                         (mesh->nvert x 3)
     const double* x_twin;
-    // Nonzero where the twin is attached at that time; null: not told. om_banet_update believes the newest. (ncorner)
+    // Nonzero where the twin is attached at that time; null: not stated. om_banet_update believes the newest. (ncorner)
     const unsigned char* attached;
 } OmAcquisition;
+
+typedef enum OmMatchCause {  // why a scan does not fit the model
+    OM_MATCH_FITS,
+    OM_MATCH_MOVED,     // the camera is turned or shifted against its calibration
+    OM_MATCH_FOCAL,     // another focal length
+    OM_MATCH_SCALE,     // another scale of depth: unit, or calibration of the sensor
+    OM_MATCH_RANGE,     // depth is the distance along the ray
+    OM_MATCH_MIRRORED,  // colour and depth are mirrored against each other
+    OM_MATCH_INVERSE,   // the pose of the camera is the inverse one
+    OM_MATCH_OPENGL,    // its y points up and its z backwards
+    OM_MATCH_ORDER,     // the quaternion has another order
+    OM_MATCH_EMPTY,     // too much of the tissue has no depth, or there are too few points
+    OM_MATCH_UNKNOWN    // none of these: other tissue, or a model of another patient
+} OmMatchCause;
+OM_API const char* om_match_cause_name(OmMatchCause cause);  // "focal"; null: no such
+
+typedef struct OmMatchVerdict {  // on one acquisition
+    bool is_good;                // it is used
+    bool is_moved;               // a small error of the camera was estimated, and corrected
+    OmMatchCause cause;
+    double size;  // of the cause: rad, or the stated value over the true one; 0: it has none
+    // Maps points of the scan to where they are, where the camera was moved; else identity.
+    OmPose pose_right_scan;
+    double turn, shift;  // rad and m, of this motion, about the middle of the scan
+    // rad and m, standard deviations in the least known directions; 0: not estimated
+    double sigma_turn, sigma_shift;
+    // Of what is at rest, mean over `npatch` independent patches of the surface: at most 1 where it fits.
+    double chi2;
+    double chi2_moved;  // ... after the correction
+    int npatch;
+    // m, mean distance of the scan from the twin, each 5 mm at most; 0: not fitted
+    double before, after;
+    double empty;      // share of the twin's visible surface where the picture has no depth
+    double other;      // ... where it shows something else
+    char reason[256];  // "" if it is good and nothing was corrected
+} OmMatchVerdict;
 
 typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     int nvert;                    // of the site's mesh
@@ -167,6 +211,8 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     // the set with the largest expected Dice coefficient, or the set that `choice` names  (nvert)
     unsigned char* attached;
     int nacquisition;
+    // On each acquisition. One that is not good is left out.                (nacquisition)
+    OmMatchVerdict* verdict;
     double* x;  // the twin at rest with these attachments, m  (nacquisition x nnode x 3)
     // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
     // than before, whether attachments explain the scan or not
@@ -186,7 +232,7 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     // centroid of the vertices about which the scans say least: a grasp or view there informs most
     bool has_look_next;
     OmVec3 look_next;
-    double fit_ms, infer_ms, check_ms, total_ms;  // times of the stages
+    double judge_ms, fit_ms, infer_ms, check_ms, total_ms;  // times of the stages
 } OmMatchEstimate;
 
 /// Estimate the attachments that explain the scans.

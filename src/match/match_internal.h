@@ -7,6 +7,7 @@
 
 #define OM__MATCH_BEFORE 0.0025  // m: another thing this much before a place of the tissue hides it
 
+#define OM__MATCH_MIN_POINTS 20  // of a scan
 #define OM__MATCH_HOLD 1e3  // spring of a grasped vertex over Young's modulus times the mean edge
 
 typedef struct MatchHeld {  // the grasped vertices of a load, with their goals
@@ -82,6 +83,7 @@ typedef struct MatchTrier {  // om__match_trier_done frees
     MatchFit fit;
     double* spring;    // scratch, of candidates
     double* distance;  // scratch, of the points of all scans
+    double* mean;      // m, of each scan, by the last measurement       (nacq)
 } MatchTrier;
 
 /// As om_match_update has them. @return OM_OK; OM_INVALID
@@ -128,6 +130,8 @@ OmStatus om__match_make_prior(OmMatch* match);
 // belief may be null.
 OmStatus om__match_infer(const OmMatch* match, const double* evidence, const double* belief,
                          double weight, double* probability);
+// From the inference to shares of vertices that are attached in truth.
+void om__match_calibrate(int n, double* probability);
 // Log-odds of a probability that is kept away from 0 and 1.
 double om__match_logit(double probability);
 // Level above which the candidates are the set with the largest expected Dice coefficient.
@@ -143,6 +147,7 @@ typedef struct MatchBuffer {  // depth buffer of a scan's camera; om__match_buff
     double* corner;           // column, row, inverse depth of each vertex              (nvert x 3)
     // pixels with the twin in view where the picture shows tissue, and other things
     int ntissue, nother;
+    int nempty;  // ... and pixels where it has no depth
 } MatchBuffer;
 
 /// @return OM_OK; OM_NO_MEMORY

@@ -21,7 +21,9 @@ OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site) {
                         .moved = 0.0025,
                         .min_seen = 0.1,
                         .min_motion = 0.005,
-                        .max_residual = 0.004,
+                        .max_residual = 0.0012,
+                        .max_other = 0.08,
+                        .max_empty = 0.45,
                         .nworker = 1,
                         .cookie = COOKIE};
 }
@@ -46,6 +48,9 @@ static OmStatus check_def(const OmMatchDef* def) {
     OM_CHECK(is_at_least(def->min_motion, 0) && is_at_least(def->max_residual, 0), OM_INVALID,
              "OmMatchDef.min_motion %g and .max_residual %g must be at least 0", def->min_motion,
              def->max_residual);
+    OM_CHECK(is_at_least(def->max_other, 0) && is_at_least(def->max_empty, 0), OM_INVALID,
+             "OmMatchDef.max_other %g and .max_empty %g must be at least 0", def->max_other,
+             def->max_empty);
     OM_CHECK(def->nworker >= 0, OM_INVALID, "OmMatchDef.nworker = %d, must be at least 0",
              def->nworker);
     const OmTetMesh* mesh = &def->site->mesh;

@@ -20,6 +20,10 @@
 #define NEFFECTIVE 40.0  // hypotheses that share the weight
 #define LEAST 0.02       // probabilities of the bank stay this far from 0 and 1
 #define MAX_TEMPERATURE 1e6
+// Log-odds of what is attached in truth over those of the inference: candidates are not independent, and evidence is
+// counted more than once. By logistic regression on 80 development truths of `omentum study trust` (60,000 vertices).
+#define SLOPE 0.62
+#define OFFSET -0.43
 
 typedef struct Bank {  // what all patches share
     const OmMatch* m;
@@ -121,6 +125,13 @@ done:
     om_free(l);
     om_free(w);
     return status;
+}
+
+void om__match_calibrate(int n, double* probability) {
+    for (int i = 0; i < n; ++i) {
+        double p = fmin(fmax(probability[i], 1e-6), 1 - 1e-6);
+        probability[i] = 1 / (1 + exp(-(SLOPE * log(p / (1 - p)) + OFFSET)));
+    }
 }
 
 // Sets {p > t}: the t above 0 with the largest expected Dice coefficient 2 sum_S p / (|S| + sum p), by area.

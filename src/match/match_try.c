@@ -35,6 +35,7 @@ OmStatus om__match_trier_begin(OmMatch* m, int nacq, const OmAcquisition* acq, M
     OM_TRY(om__match_fit_begin(m, most, &t->fit));
     OM_ALLOC(t->spring, m->view.ncandidate);
     OM_ALLOC(t->distance, all);
+    OM_ALLOC(t->mean, nacq);
     return OM_OK;
 }
 
@@ -42,6 +43,7 @@ void om__match_trier_done(MatchTrier* t) {
     om__match_fit_done(&t->fit);
     om_free(t->spring);
     om_free(t->distance);
+    om_free(t->mean);
 }
 
 OmStatus om__match_measure(MatchTrier* t, const double* x, OmMatchTrial* out) {
@@ -50,8 +52,11 @@ OmStatus om__match_measure(MatchTrier* t, const double* x, OmMatchTrial* out) {
     *out = (OmMatchTrial){.is_at_rest = true};
     for (int a = 0; a < t->nacq; ++a) {
         OM_TRY(om__match_pairs(&t->fit, &t->acq[a].scan, x + (size_t)a * n3));
-        for (int i = 0; i < t->acq[a].scan.npoint; ++i)
+        t->mean[a] = 0;
+        for (int i = 0; i < t->acq[a].scan.npoint; ++i) {
             t->distance[n++] = fmin(t->fit.distance[i], 1.0);
+            t->mean[a] += fmin(t->fit.distance[i], CAP) / t->acq[a].scan.npoint;
+        }
     }
     om_sort_doubles(t->distance, n);
     for (int i = 0; i < n; ++i) out->mean += fmin(t->distance[i], CAP) / n;

@@ -119,6 +119,14 @@ static int class_at(const MatchBuffer* m, int x, int y) {
     return is_sure ? OM_SCAN_OTHER : OM_SCAN_UNKNOWN;
 }
 
+static bool is_without_depth(const MatchBuffer* m, int x, int y) {
+    const OmCamera* c = &m->scan->camera;
+    int column = x * m->step + m->step / 2, row = y * m->step + m->step / 2;
+    if (!m->scan->pixel || !m->scan->depth || column >= c->width || row >= c->height) return false;
+    size_t i = (size_t)row * (size_t)c->width + (size_t)column;
+    return m->scan->pixel[i] == OM_SCAN_UNKNOWN && !(m->scan->depth[i] > 0);
+}
+
 // Whether the point of the twin at this pixel and depth is in view; counts the class of the pixel.
 static bool look(MatchBuffer* m, int x, int y, double z, double slack) {
     if (x < 0 || y < 0 || x >= m->width || y >= m->height) return false;
@@ -127,6 +135,7 @@ static bool look(MatchBuffer* m, int x, int y, double z, double slack) {
     int shown = class_at(m, x, y);
     m->ntissue += shown == OM_SCAN_TISSUE;
     m->nother += shown == OM_SCAN_OTHER;
+    m->nempty += is_without_depth(m, x, y);
     return shown != OM_SCAN_TOOL;
 }
 
@@ -150,7 +159,7 @@ void om__match_mark_visible(MatchBuffer* m, const OmSurface* surface, const doub
                             double slack, unsigned char* use) {
     size_t n = (size_t)m->width * (size_t)m->height;
     for (size_t i = 0; i < n; ++i) m->depth[i] = HUGE_VALF;
-    m->ntissue = m->nother = 0;
+    m->ntissue = m->nother = m->nempty = 0;
     project(m, xs, surface->nvert);
     for (int t = 0; t < surface->ntri; ++t) draw(m, surface->tri_vert + 3 * (size_t)t);
     for (int t = 0; t < surface->ntri; ++t) {

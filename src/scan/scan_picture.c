@@ -243,12 +243,13 @@ static void spread(const ScanPicture* p, int n) {
     }
 }
 
-// A depth out of the camera's range says nothing: a sensor writes such values where it measured nothing.
+// A depth out of the camera's range, or at its far end, says nothing: a sensor writes such values where it measured
+// nothing.
 static float* copy_depth(const OmDepthPicture* d, int npixel) {
     float *depth = om_alloc((size_t)npixel, sizeof *depth), near = (float)d->camera.near_m,
           far = (float)d->camera.far_m;
     for (int i = 0; depth && i < npixel; ++i)
-        depth[i] = d->depth[i] >= near && d->depth[i] <= far ? d->depth[i] : 0;
+        depth[i] = d->depth[i] >= near && d->depth[i] < far ? d->depth[i] : 0;
     return depth;
 }
 

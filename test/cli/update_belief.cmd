@@ -24,4 +24,4 @@ out "accepted": 1,
 # A twin that believes rightly keeps its attachments.
 $ sed 's/kind: none/kind: same/' free.yaml > right.yaml; $OMENTUM update right.yaml run/acquisitions/001.yaml -q -o right
 exit 1
-out right\.yaml: the twin keeps its attachments: the updated twin is no closer to the scan
+out right\.yaml: the twin keeps its attachments: the attachments that explain the scan best are those of the twin

@@ -69,7 +69,7 @@ static void test_refusals(void** state) {
     OmMatchEstimate e;
     OmAcquisition a = rig.acq[0];
     a.scan.npoint = 0;
-    refuse(&rig, &a, "shows no tissue");
+    refuse(&rig, &a, "0 points show the tissue");
     a = rig.acq[0];
     a.ngrasp = 0;
     refuse(&rig, &a, "nothing is grasped");
@@ -78,7 +78,7 @@ static void test_refusals(void** state) {
     refuse(&rig, &a, "moved by 0.0 mm only");
     a = rig.acq[0];
     a.scan.npoint = 2;
-    refuse(&rig, &a, "has 2 points");
+    refuse(&rig, &a, "2 points show the tissue");
     OmScan spot;  // almost all is hidden
     assert_int_equal(om_scan_init(20, 0, &spot), OM_OK);
     for (int i = 0; i < 20; ++i) om_store3(spot.x, i, om_load3(a.scan.x, 0));
@@ -105,7 +105,7 @@ static void test_refusals(void** state) {
     ball.has_camera = true;
     ball.camera = a.scan.camera;
     a.scan = ball;
-    refuse(&rig, &a, "from the updated twin");
+    refuse(&rig, &a, "does not fit the model");
     om_scan_done(&ball);
     a = rig.acq[0];
     a.grasp[0].pose_world_grasp.p.x = 1;
@@ -215,8 +215,7 @@ static void test_sets(void** state) {
     assert_true(right.median <= right.p90 && right.mean <= 0.005);
     assert_int_equal(om_match_try(rig.match, 0, NULL, truth, x, &none), OM_INVALID);
     om_match_estimate_done(&e);
-    // A twin attached everywhere, and advice that agrees: the corrected set is taken, in which tissue that moved is
-    // free.
+    // A twin attached everywhere, and advice that agrees: tissue that moved is free all the same.
     for (size_t v = 0; v < nvert; ++v) p[v] = 0.98;
     advice = (OmMatchAdvice){.probability = p, .weight = 1, .present = all};
     assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e));
@@ -224,7 +223,7 @@ static void test_sets(void** state) {
     for (size_t v = 0; v < nvert; ++v)
         nattached += e.attached[v] != 0, ntrue += e.attached[v] && truth[v];
     printf("corrected: choice %d, %d attached, %d of them in truth\n", e.choice, nattached, ntrue);
-    assert_true(e.is_accepted && e.choice == 2);
+    assert_true(e.is_accepted);
     assert_int_equal(e.attached[view_vertex(&rig, om_vec3(0.05, 0.05, 0))], 0);
     int nall = 0;
     for (size_t v = 0; v < nvert; ++v) nall += truth[v];
