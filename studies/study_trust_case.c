@@ -11,6 +11,7 @@
 #include "studies/study_match_case.h"
 
 #define DEG (OM_PI / 180)
+#define FINER 1.6      // cells of the world over those of the twin, along a side
 #define INSIDE 0.008   // m, of a grasp from the border
 #define AWAY 0.025     // m, of a grasp from the attachments
 #define NDRAW 64       // of places of a grasp
@@ -33,12 +34,13 @@ const char* const om__trust_error_unit[TRUST_NERROR] = {"",  "mm", "deg", "deg",
 
 // ---- the scene --------------------------------------------------------------------------------------------------
 
-static OmScene make_scene(uint64_t seed, int number) {
+static OmScene make_scene(uint64_t seed, int number, int cells) {
     OmRng rng = om_rng_init(seed, (uint64_t)number);
     OmScene s = om_scene_default();
     snprintf(s.name, sizeof s.name, "trust %d", number);
     s.seed = (int)(om_rng_u32(&rng) >> 1);
-    s.tissue.world_cells = om_vec3(16, 16, 1);
+    s.tissue.cells = om_vec3(cells, cells, 1);
+    s.tissue.world_cells = om_vec3(floor(FINER * cells), floor(FINER * cells), 1);
     s.attach.share_min = s.attach.share_max = om_rng_range(&rng, 0.1, 0.5);
     s.world.young_factor = om_rng_range(&rng, 0.7, 1.3);
     return s;
@@ -223,14 +225,20 @@ static void pack(TrustTruth* t, unsigned char* block, bool is_reading) {
     }
 }
 
-static OmStatus hash_truth(const OmScene* scene, OmVec3 p, uint64_t* hash) {
+static OmStatus hash_scene(const OmScene* scene, uint64_t* hash) {
     OmText text = {0};
-    OM_TRY(om_scene_print(scene, false, &text));
-    *hash = om_hash(text.str, text.len, OM_HASH_SEED);
-    *hash = om_hash(&p, sizeof p, *hash);
+    OmStatus status = om_scene_print(scene, false, &text);
+    if (status == OM_OK) *hash = om_hash(text.str, text.len, OM_HASH_SEED);
     om_text_done(&text);
-    return OM_OK;
+    return status;
 }
+
+OmStatus om__trust_scene_hash(uint64_t seed, int number, int cells, uint64_t* hash) {
+    OmScene scene = make_scene(seed, number, cells);
+    return hash_scene(&scene, hash);
+}
+
+static void name_file(int number, char name[64]) { snprintf(name, 64, "truth-%03d.bin", number); }
 
 void om__trust_truth_done(TrustTruth* t) {
     if (!t) return;
@@ -244,36 +252,46 @@ void om__trust_truth_done(TrustTruth* t) {
     memset(t, 0, sizeof *t);
 }
 
-OmStatus om__trust_truth_get(uint64_t seed, int number, const char* dir, int nworker, bool* is_new,
-                             TrustTruth* t) {
+OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* dir, int nworker,
+                             bool* is_new, TrustTruth* t) {
     memset(t, 0, sizeof *t);
     *is_new = false;
     unsigned char* block = NULL;
     char name[64];
-    uint64_t hash = 0;
     OmStatus status;
-    t->scene = make_scene(seed, number);
+    t->number = number;
+    t->scene = make_scene(seed, number, cells);
     OM_TRY_DONE(mark_attached(&t->scene, t));
     t->scene.believed.kind = OM_BELIEF_NONE;
     OM_TRY_DONE(om_site_build(&t->scene, OM_SITE_TWIN, NULL, &t->twin));
     OmVec3 p = choose_grasp(&t->twin, t->attached, seed, number);
     t->arm = p.y > 0;
     OM_TRY_DONE(make_room(t));
-    OM_TRY_DONE(hash_truth(&t->scene, p, &hash));
-    snprintf(name, sizeof name, "truth-%03d.bin", number);
+    OM_TRY_DONE(hash_scene(&t->scene, &t->hash));
+    t->hash = om_hash(&p, sizeof p, t->hash);
+    name_file(number, name);
     OM_ALLOC_DONE(block, block_size(t));
-    if (om__match_load_result(dir, name, hash, block, block_size(t))) {
+    if (om__match_load_result(dir, name, t->hash, block, block_size(t))) {
         pack(t, block, true);
         goto done;
     }
     *is_new = true;
-    OM_TRY_DONE(simulate(t, p, nworker));
-    pack(t, block, false);
-    status = om__match_save_result(dir, name, hash, block, block_size(t));
+    status = simulate(t, p, nworker);
 done:
     om_free(block);
     if (status < 0) om__trust_truth_done(t);
     return status < 0 ? om_error_prefix(status, "truth %d", number) : OM_OK;
+}
+
+OmStatus om__trust_truth_save(const char* dir, TrustTruth* t) {
+    unsigned char* block;
+    char name[64];
+    name_file(t->number, name);
+    OM_ALLOC(block, block_size(t));
+    pack(t, block, false);
+    OmStatus status = om__match_save_result(dir, name, t->hash, block, block_size(t));
+    om_free(block);
+    return status;
 }
 
 // ---- errors ---------------------------------------------------------------------------------------------------------

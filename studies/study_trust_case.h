@@ -54,12 +54,19 @@ typedef struct TrustTruth {  // om__trust_truth_done frees; zero-initialise
     TrustShot lift[TRUST_NLIFT];
     double height[TRUST_NLIFT];  // m
     int nlift;                   // fewer where the jaw lost the tissue
+    int number;
+    uint64_t hash;  // of all that it depends on
 } TrustTruth;
 
-// Move the world, or read the result from a file of `dir`. *is_new: it was made.
-OmStatus om__trust_truth_get(uint64_t seed, int number, const char* dir, int nworker, bool* is_new,
-                             TrustTruth* truth);
+#define TRUST_CELLS 10  // of the twin's sheet along a side
+
+// Move the world, or read the result from a file of `dir`. *is_new: it was made, and no file has it.
+OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* dir, int nworker,
+                             bool* is_new, TrustTruth* truth);
+OmStatus om__trust_truth_save(const char* dir, TrustTruth* truth);
 void om__trust_truth_done(TrustTruth* truth);
+// Hash of the scene of a truth.
+OmStatus om__trust_scene_hash(uint64_t seed, int number, int cells, uint64_t* hash);
 
 typedef struct TrustCase {
     TrustError error;

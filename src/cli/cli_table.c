@@ -72,6 +72,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_study_methods,
     &om_cli_verb_study_retraction,
     &om_cli_verb_study_sheet,
+    &om_cli_verb_study_trust,
     &umesh,
     &om_cli_verb_umesh_eval,
     &om_cli_verb_umesh_generate,

@@ -78,6 +78,23 @@ $ omentum study retraction --part random --seed HEAD -o out
 exit 2
 err none of development, here, a commit
 
+$ omentum study trust
+exit 2
+err add -o DIR
+
+$ omentum study trust --truths 0 -o out
+exit 2
+err --truths
+
+$ omentum study trust --seed HEAD -o out
+exit 2
+err none of development, here, a commit
+
+$ omentum study trust --quick -q -o mine; code=$?; ls -A mine; exit $code
+exit 3
+out ^notes\.txt$
+err mine holds notes\.txt and no list
+
 $ omentum study contact --quick -q -o mine; code=$?; ls -A mine; exit $code
 exit 3
 out ^notes\.txt$
@@ -93,7 +110,7 @@ err add -o DIR
 
 $ omentum study scan -o out
 exit 2
-err unknown name "scan".* attachments calibration contact correspondence learning methods retraction sheet-calibration$
+err unknown name "scan".* attachments calibration contact correspondence learning methods retraction sheet-calibration trust$
 
 $ omentum study contact -o out --resolutions 12,a
 exit 2

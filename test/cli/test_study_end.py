@@ -24,6 +24,7 @@ STUDIES = {
     "phantoms": ["attachments", "--part", "phantoms", "--quick"],
     "learning": ["learning", "-t", "reach", "--same-task", "--no-reality", "--learners", "ppo"],
     "retraction": ["retraction", "--part", "random"],  # one pair takes minutes
+    "trust": ["trust", "--quick"],
 }
 SMALL = ["learning", "-t", "reach", "--same-task", "--no-reality", "--learners", "ppo,clone", "--seeds", "1", "-n", "12000"]
 

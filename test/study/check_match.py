@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Compute the numbers of study.json of a study of correspondence, of layouts or of simulated bodies anew from its CSV file.
+"""Compute the numbers of study.json of a study of correspondence, of layouts, of simulated bodies or of trust anew from its CSV file.
 
-    check_match.py correspondence|attachments|simulated DIR     exit 0 and "every number agrees", or one line per difference and exit 1
+    check_match.py correspondence|attachments|simulated|trust DIR     exit 0 and "every number agrees", or one line per difference and exit 1
 """
 import csv
 import json
@@ -119,8 +119,51 @@ def check_simulated(folder):
     return wrong
 
 
+CAUSE = {"shift": "moved", "tilt": "moved", "aim": "moved", "missing": "empty", "other": "unknown"}
+
+
+def check_trust(folder):
+    study = json.load(open(folder + "/study.json"))
+    rows = list(csv.DictReader(open(folder + "/cases.csv")))
+    part = {name: [row for row in rows if row["part"] == name] for name in ("right", "wrong", "two")}
+
+    def count(of, key, value):
+        return sum(row[key] == value for row in of)
+
+    def check(where, got, want):
+        return [] if abs(got - want) < 2e-6 else [f"{where}: {got}, not {want}"]
+
+    wrong = []
+    for name in part:
+        wrong += check(name, study[name], len(part[name]))
+        wrong += check(name + "_refused", study[name + "_refused"], count(part[name], "accepted", "0"))
+    for name, kind in study["kinds"].items():
+        own = [row for row in part["wrong"] if row["error"] == name]
+        used = [row for row in own if row["accepted"] == "1"]
+        left = [row for row in own if row["accepted"] == "0"]
+        wrong += check(name, kind["cases"], len(own))
+        wrong += check(name + " accepted", kind["accepted"], count(used, "corrected", "0"))
+        wrong += check(name + " corrected", kind["corrected"], count(used, "corrected", "1"))
+        wrong += check(name + " refused", kind["refused"], len(left))
+        wrong += check(name + " right cause", kind["right_cause"], count(left, "cause", CAUSE.get(name, name)))
+        if used:
+            wrong += check(name + " dice", kind["dice"], median([float(row["dice"]) for row in used]))
+            wrong += check(name + " right dice", kind["dice_right"], median([float(row["dice_right"]) for row in used]))
+    for key, of in (("bad", part["wrong"]), ("two_bad", part["two"])):
+        lost = sum(row["accepted"] == "1" and float(row["dice_right"]) - float(row["dice"]) > 0.15 for row in of)
+        wrong += check(key, study[key], lost)
+    wrong += check("two_out", study["two_out"], sum(row["accepted"] == "0" or row["left_out"] == "1" for row in part["two"]))
+    for key in ("probability", "probability_right", "probability_with_refused"):
+        bins = study[key]["bins"]
+        n = sum(bin["vertices"] for bin in bins)
+        ece = sum(bin["vertices"] * abs(bin["probability"] - bin["attached"]) for bin in bins) / n
+        wrong += check(key, study[key]["vertices"], n) + check(key + " ece", study[key]["ece"], ece)
+    return wrong
+
+
 def main():
-    wrong = {"correspondence": check_correspondence, "attachments": check_attachments, "simulated": check_simulated}[sys.argv[1]](sys.argv[2])
+    checks = {"attachments": check_attachments, "correspondence": check_correspondence, "simulated": check_simulated, "trust": check_trust}
+    wrong = checks[sys.argv[1]](sys.argv[2])
     print("\n".join(wrong) if wrong else "every number agrees")
     return 1 if wrong else 0
 
