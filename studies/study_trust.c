@@ -252,8 +252,8 @@ static OmStatus load_results(Trust* s, bool* is_missing) {
 }
 
 static OmStatus tell(const Trust* s, int n, const bool* is_needed) {
-    StudyWork work[] = {{"truths", 0, s->def->is_quick ? 2 : 5, false},
-                        {"sets of updates", s->sum.nnew, 4, false}};
+    StudyWork work[] = {{"truths", 0, s->def->is_quick ? 2.5 : 4, false},
+                        {"sets of updates", s->sum.nnew, s->def->is_quick ? 4.5 : 9, false}};
     for (int i = 0; i < n; ++i) {
         char name[64];
         snprintf(name, sizeof name, "truth-%03d.bin", i);

@@ -11,17 +11,18 @@
 #include "studies/study_match_case.h"
 
 #define DEG (OM_PI / 180)
-#define FINER 1.6      // cells of the world over those of the twin, along a side
-#define INSIDE 0.008   // m, of a grasp from the border
-#define AWAY 0.025     // m, of a grasp from the attachments
-#define NDRAW 64       // of places of a grasp
-#define LOWEST 0.016   // m, the first lift
-#define HIGHEST 0.044  // m, the last one
-#define SPEED 0.04     // m/s, of a lift
-#define FAST 0.1       // m/s, to the tissue
-#define ABOVE 0.02     // m
-#define WAIT 40        // ticks before a picture
-#define MAX_WAY 1000   // ticks to a goal
+#define FINER 1.6        // cells of the world over those of the twin, along a side
+#define INSIDE 0.008     // m, of a grasp from the border
+#define AWAY 0.025       // m, of a grasp from the attachments
+#define SMALL_ROI 0.002  // m
+#define NDRAW 64         // of places of a grasp
+#define LOWEST 0.016     // m, the first lift
+#define HIGHEST 0.044    // m, the last one
+#define SPEED 0.04       // m/s, of a lift
+#define FAST 0.1         // m/s, to the tissue
+#define ABOVE 0.02       // m
+#define WAIT 40          // ticks before a picture
+#define MAX_WAY 1000     // ticks to a goal
 #define JAW_TICKS 30
 #define JAW_OPEN 0.7     // rad
 #define NO_DATA 65.535f  // m, of 65535 as millimetres
@@ -70,17 +71,25 @@ static OmVec3 choose_grasp(const OmSite* twin, const unsigned char* attached, ui
     return best;
 }
 
-static OmStatus mark_attached(const OmScene* scene, TrustTruth* t) {
-    OmScene right = *scene;
+// The true attachments. A region of interest that has no place beside a large patch is made small: the study has no use
+// for it.
+static OmStatus mark_attached(OmScene* scene, TrustTruth* t) {
     OmSite site = {0};
-    right.believed.kind = OM_BELIEF_SAME;
-    OM_TRY(om_site_build(&right, OM_SITE_TWIN, NULL, &site));
+    scene->believed.kind = OM_BELIEF_SAME;
+    OmStatus status = om_site_build(scene, OM_SITE_TWIN, NULL, &site);
+    if (status == OM_INVALID) {
+        scene->roi.radius = SMALL_ROI;
+        scene->roi.margin = 0;
+        status = om_site_build(scene, OM_SITE_TWIN, NULL, &site);
+    }
+    if (status < 0) return status;
     t->attached = om_calloc((size_t)site.mesh.nvert, 1);
     const OmMeshSet* set = om_tet_mesh_find_set(&site.mesh, "attachment");
     const OmMeshSet* under = om_tet_mesh_find_set(&site.mesh, "underside");
     for (int i = 0; t->attached && set && i < set->nvert; ++i) t->attached[set->vert[i]] = 1;
     if (set && under && under->nvert > 0) t->share = (double)set->nvert / under->nvert;
     om_site_done(&site);
+    scene->believed.kind = OM_BELIEF_NONE;
     return t->attached ? OM_OK : OM_NO_MEMORY;
 }
 
@@ -262,7 +271,6 @@ OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* d
     t->number = number;
     t->scene = make_scene(seed, number, cells);
     OM_TRY_DONE(mark_attached(&t->scene, t));
-    t->scene.believed.kind = OM_BELIEF_NONE;
     OM_TRY_DONE(om_site_build(&t->scene, OM_SITE_TWIN, NULL, &t->twin));
     OmVec3 p = choose_grasp(&t->twin, t->attached, seed, number);
     t->arm = p.y > 0;

@@ -60,12 +60,13 @@ static void add_outcome(const Trust* s, OmReport* report) {
         sum->nbad, sum->nwrong, OM_STUDY_TRUST_LOSS, sum->nright_refused, sum->nright,
         100 * OM_STUDY_TRUST_REFUSED, sum->all.ece, OM_STUDY_TRUST_ECE,
         sum->is_met ? "met" : "missed");
-    om__report_facts(report,
-                     "Dice, right data|Dice, accepted wrong data|wrong ones refused|Brier score|of "
-                     "attached or not|processor time|of which judging",
-                     "%.2f|%.2f|%d of %d|%.3f|%.3f|%.0f ms|%.0f ms", sum->dice_right,
-                     sum->dice_wrong, sum->nwrong_refused, sum->nwrong, sum->all.brier,
-                     sum->all.brier_hard, sum->ms, sum->judge_ms);
+    om__report_facts(
+        report,
+        "Dice, right data|Dice, accepted wrong data|wrong acquisitions refused|Brier score|Brier score, "
+        "attached or not|processor time of an update|time of judging",
+        "%.2f|%.2f|%d of %d|%.3f|%.3f|%.0f ms|%.0f ms", sum->dice_right, sum->dice_wrong,
+        sum->nwrong_refused, sum->nwrong, sum->all.brier, sum->all.brier_hard, sum->ms,
+        sum->judge_ms);
     if (sum->nlost + sum->nabsent > 0)
         om__report_say(report,
                        "Of %d lifts %d have no picture, because the jaw lost the tissue. %d wrong "
@@ -89,7 +90,7 @@ static void add_kinds(const Trust* s, OmReport* report) {
     om__table_end(&table, report);
     om_report_paragraph(
         report,
-        "Accepted: used as it is; most of these errors are too small to matter. Corrected: the update found that the "
+        "Accepted: used unchanged; most of these errors are too small to matter. Corrected: the update found that the "
         "camera had moved, and put its points where they are. Refused: the twin keeps its belief. Right cause: the "
         "reason of a refusal names the error that was made; for a part without depth this is too little depth, for "
         "other tissue that no known error explains the scan. Bad: accepted, and the Dice is more than 0.15 below that "
@@ -170,8 +171,7 @@ static void add_probabilities(const Trust* s, OmReport* report) {
     double x[OM_STUDY_TRUST_NBIN], y[OM_STUDY_TRUST_NBIN];
     const double diagonal[2] = {0, 1};
     om_report_heading(report, "Probabilities");
-    StudyTable scores =
-        om__table("updates|vertices|ECE|Brier score|Brier score of attached or not");
+    StudyTable scores = om__table("updates|vertices|ECE|Brier score|Brier score, attached or not");
     const struct {
         const char* name;
         const OmStudyReliability* r;

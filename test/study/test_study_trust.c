@@ -1,8 +1,9 @@
 // test_study_trust.c: errors of acquisitions, and the counts of the study of trust, by hand on made-up results.
 #include <string.h>
 
-#include "omentum/match.h"
+#include "omentum/match_acquisition.h"
 #include "studies/study_trust_internal.h"
+#include "test_alloc.h"
 #include "test_folder.h"
 
 #define DEG (OM_PI / 180)
@@ -83,6 +84,168 @@ static void test_names(void** unused) {
     assert_true(om__trust_is_named(TRUST_OTHER, OM_MATCH_UNKNOWN));
     assert_false(om__trust_is_named(TRUST_SCALE, OM_MATCH_FOCAL));
     assert_false(om__trust_is_named(TRUST_SHIFT, OM_MATCH_FITS));
+}
+
+// ---- acquisitions ---------------------------------------------------------------------------------------------------
+
+enum { WIDTH = 64, HEIGHT = 48, NPIXEL = WIDTH * HEIGHT };
+
+// A sheet at rest, seen askew from above; the picture has no noise and no tool.
+static TrustTruth sheet;
+
+static void take_picture(TrustShot* shot) {
+    const OmPose to_task = om_pose_inverse(sheet.twin.pose_world_task);
+    const OmPose camera = om_pose_mul(to_task, sheet.camera.pose_world_camera);
+    const double f = 0.5 * HEIGHT / tan(0.5 * sheet.camera.fov);
+    const OmVec3 half = sheet.twin.half_size;
+    shot->depth = om_calloc(NPIXEL, sizeof *shot->depth);
+    shot->color = om_calloc(NPIXEL, 3);
+    for (int i = 0; i < NPIXEL; ++i) {
+        OmVec3 ray =
+            om_vec3((i % WIDTH + 0.5 - 0.5 * WIDTH) / f, (i / WIDTH + 0.5 - 0.5 * HEIGHT) / f, 1);
+        OmVec3 d = om_quat_rotate(camera.q, ray);
+        double z = (2 * half.z - camera.p.z) / d.z;
+        OmVec3 p = om_madd(camera.p, z, d);
+        const bool is_tissue = fabs(p.x) < half.x && fabs(p.y) < half.y;
+        if (!is_tissue) z = -camera.p.z / d.z;
+        const unsigned char tissue[3] = {230, 190, 80}, board[3] = {40, 120, 90};
+        memcpy(shot->color + 3 * i, is_tissue ? tissue : board, 3);
+        shot->depth[i] = (float)z;
+    }
+}
+
+static int make_sheet(void** state) {
+    sheet.scene = om_scene_default();
+    sheet.scene.believed.kind = OM_BELIEF_NONE;
+    sheet.scene.rgbd.width = WIDTH;
+    sheet.scene.rgbd.height = HEIGHT;
+    sheet.scene.world.narm = 0;
+    if (om_site_build(&sheet.scene, OM_SITE_TWIN, NULL, &sheet.twin) != OM_OK) return -1;
+    const OmPose task = sheet.twin.pose_world_task;
+    sheet.camera =
+        (OmCamera){.width = WIDTH, .height = HEIGHT, .fov = 0.7, .near_m = 0.05, .far_m = 1};
+    sheet.camera.pose_world_camera =
+        om_pose_look_at(om_pose_apply(task, om_vec3(0.03, -0.1, 0.25)),
+                        om_pose_apply(task, om_vec3(0.01, 0, 0)), om_vec3(0, 0, 1));
+    sheet.nlift = 1;
+    take_picture(&sheet.rest);
+    take_picture(&sheet.lift[0]);
+    return make_dir(state);
+}
+
+static int remove_sheet(void** state) {
+    om__trust_truth_done(&sheet);
+    return remove_dir(state);
+}
+
+static void acquire(TrustError error, double size, OmAcquisition* a, OmScan* rest) {
+    TrustCase c = {.error = error, .size = size, .axis = om_normalize(om_vec3(1, 2, -2))};
+    assert_ok(om__trust_acquire(&sheet, 0, &c, &sheet, a, rest));
+    assert_true(a->scan.npoint > 50 || error > TRUST_RANGE);
+}
+
+static double turn_between(OmPose a, OmPose b) {
+    OmQuat q = om_quat_mul(a.q, om_quat_conj(b.q));
+    return 2 * acos(fmin(1, fabs(q.w)));
+}
+
+// Errors of the camera's pose: by how much, and what stays.
+static void test_poses(void** unused) {
+    (void)unused;
+    static const struct {
+        TrustError error;
+        double size;
+        double shift, turn;  // of the camera; below 0: not tested
+    } row[] = {{TRUST_RIGHT, 0, 0, 0},       {TRUST_SHIFT, 0.003, 0.003, 0},
+               {TRUST_TILT, 0.05, -1, 0.05}, {TRUST_AIM, 0.04, 0, 0.04},
+               {TRUST_OPENGL, 0, 0, OM_PI},  {TRUST_ORDER, 0, 0, -1},
+               {TRUST_INVERSE, 0, -1, -1}};
+    const OmPose right = sheet.camera.pose_world_camera;
+    const OmVec3 middle = sheet.twin.pose_world_task.p;
+    for (size_t k = 0; k < sizeof row / sizeof *row; ++k) {
+        OmAcquisition a;
+        OmScan rest;
+        acquire(row[k].error, row[k].size, &a, &rest);
+        const OmPose pose = a.scan.camera.pose_world_camera;
+        assert_memory_equal(&pose, &rest.camera.pose_world_camera, sizeof pose);
+        if (row[k].shift >= 0) assert_near(om_distance(pose.p, right.p), row[k].shift, 1e-12);
+        if (row[k].turn >= 0) assert_near(turn_between(pose, right), row[k].turn, 1e-7);
+        if (row[k].error == TRUST_TILT)  // it turns about the tissue
+            assert_near(om_distance(om_pose_apply(om_pose_inverse(pose), middle),
+                                    om_pose_apply(om_pose_inverse(right), middle)),
+                        0, 1e-12);
+        if (row[k].error == TRUST_ORDER) assert_near(pose.q.x, right.q.w, 1e-12);
+        if (row[k].error == TRUST_INVERSE)
+            assert_near(om_norm(om_pose_apply(pose, right.p)), 0, 1e-12);
+        om_acquisition_done(&a);
+        om_scan_done(&rest);
+    }
+}
+
+// Errors of depth and of the lens, pixel by pixel.
+static void test_depths(void** unused) {
+    (void)unused;
+    static const TrustError error[] = {TRUST_SCALE, TRUST_RANGE, TRUST_MISSING, TRUST_FOCAL};
+    const double f = 0.5 * HEIGHT / tan(0.5 * sheet.camera.fov);
+    for (size_t k = 0; k < sizeof error / sizeof *error; ++k) {
+        OmAcquisition a;
+        OmScan rest;
+        int nchanged = 0;
+        acquire(error[k], 0.25 + (error[k] != TRUST_MISSING), &a, &rest);
+        for (int i = 0; i < NPIXEL; ++i) {
+            const double z = (double)a.scan.depth[i], right = (double)sheet.rest.depth[i];
+            const double x = (i % WIDTH + 0.5 - 0.5 * WIDTH) / f,
+                         y = (i / WIDTH + 0.5 - 0.5 * HEIGHT) / f;
+            if (error[k] == TRUST_SCALE) assert_near_rel(z, 1.25 * right, 1e-6);
+            if (error[k] == TRUST_RANGE) assert_near_rel(z, right * sqrt(1 + x * x + y * y), 1e-6);
+            nchanged += fabs(z - right) > 1e-6;
+        }
+        if (error[k] == TRUST_MISSING) assert_near(nchanged / (double)NPIXEL, 0.25, 0.5 / HEIGHT);
+        if (error[k] == TRUST_FOCAL) {
+            assert_int_equal(nchanged, 0);
+            assert_near_rel(a.scan.camera.lens.fx, 1.25 * f, 1e-9);
+        }
+        om_acquisition_done(&a);
+        om_scan_done(&rest);
+    }
+}
+
+// Colours mirrored from left to right, and twice: none.
+static void test_mirror(void** unused) {
+    (void)unused;
+    OmAcquisition right, wrong;
+    OmScan rest[2];
+    acquire(TRUST_RIGHT, 0, &right, &rest[0]);
+    acquire(TRUST_MIRRORED, 0, &wrong, &rest[1]);
+    int nsame = 0, nmirrored = 0;
+    for (int i = 0; i < NPIXEL; ++i) {
+        const int mirrored = i / WIDTH * WIDTH + WIDTH - 1 - i % WIDTH;
+        const bool is_tissue = right.scan.pixel[i] == OM_SCAN_TISSUE;
+        nsame += is_tissue && wrong.scan.pixel[i] == OM_SCAN_TISSUE;
+        nmirrored += om_sense_part_of(sheet.rest.color + 3 * mirrored) == OM_PART_TISSUE &&
+                     wrong.scan.pixel[i] == OM_SCAN_TISSUE;
+    }
+    assert_true(nmirrored > 50 && nsame < nmirrored);
+    for (int k = 0; k < 2; ++k) om_scan_done(&rest[k]);
+    om_acquisition_done(&right);
+    om_acquisition_done(&wrong);
+}
+
+static OmStatus acquire_again(void* ctx) {
+    (void)ctx;
+    const TrustCase c = {.error = TRUST_MIRRORED};
+    OmAcquisition a;
+    OmScan rest;
+    OmStatus status = om__trust_acquire(&sheet, 0, &c, &sheet, &a, &rest);
+    if (status < 0) return status;
+    om_acquisition_done(&a);
+    om_scan_done(&rest);
+    return OM_OK;
+}
+
+static void test_acquire_memory(void** unused) {
+    (void)unused;
+    assert_true(test_failing_allocations(acquire_again, NULL, 1) > 10);
 }
 
 // ---- probabilities --------------------------------------------------------------------------------------------------
@@ -298,9 +461,11 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_draws),       cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_seeds),       cmocka_unit_test(test_names),
+        cmocka_unit_test(test_poses),       cmocka_unit_test(test_depths),
+        cmocka_unit_test(test_mirror),      cmocka_unit_test(test_acquire_memory),
         cmocka_unit_test(test_reliability), cmocka_unit_test(test_counts),
         cmocka_unit_test(test_goal),        cmocka_unit_test(test_files),
         cmocka_unit_test(test_def),
     };
-    return cmocka_run_group_tests(tests, make_dir, remove_dir);
+    return cmocka_run_group_tests(tests, make_sheet, remove_sheet);
 }
