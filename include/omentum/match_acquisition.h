@@ -30,7 +30,9 @@ typedef struct OmAcquisitionFile {  // the keys of a file, in SI
     char path[512];                 // of the file, for messages
     char cloud[512];                // relative to the folder of the file; "": a frame of a series
     char series[512];               // the same; "": none
+    char rest[512];                 // cloud of the tissue before the tools moved it; "": none
     int frame_index;                // of the series, from 0
+    int rest_frame;  // of the series; -1 (default): the first grasp_frame, when the jaw closed; none: no such tool
     int grasp_frame[OM_MAX_ARM];    // frame in which the jaw closed; -1: `grasp` has the poses
     OmMeshFrame frame;  // of the cloud; zero: as the cloud says, else millimetres and RAS
     int registered;     // OmRegistered; default OM_REGISTERED_YES
@@ -52,12 +54,12 @@ OM_API OmStatus om_acquisition_parse(const char* text, size_t size, const char* 
 /// @return OM_OK; OM_INVALID (the message names file, line and key); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcquisitionFile* file,
                                     OmAcquisition* acquisition);
-/// Write `path`, and the cloud beside it as .ply. Vertices of a grasp and `x_twin` are not written.
+/// Write `path`, and the clouds beside it as .ply. Vertices of a grasp and `x_twin` are not written.
 /// @return OM_OK; OM_INVALID (a path that does not end in .yaml, or is too long); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_acquisition_save(const OmAcquisition* acquisition, const char* path);
-/// Free the scan.
+/// Free what om_acquisition_load made: the scan and the scan at rest.
 OM_API void om_acquisition_done(OmAcquisition* acquisition);
-/// Move scan, camera and tools to another frame; `x_twin` stays.
+/// Move scans, cameras and tools to another frame; `x_twin` stays.
 OM_API void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old);
 /// Append a complete file with the meaning of every key.
 /// @return OM_OK; OM_NO_MEMORY

@@ -20,13 +20,15 @@ from .scene import Body, Scene, Site
 class Acquisition:
     """What an update needs from one moment. grasps: (arm, pose when the jaw closed, pose now) of each tool that holds tissue;
     x_twin: the twin's positions then, m (nnode x 3): vertices of the site's mesh and, of quadratic elements, midpoints of
-    edges, as Body.nodes; None: found as the equilibrium under the grasps.
+    edges, as Body.nodes; None: found as the equilibrium under the grasps. rest: the tissue before the tools moved it, by the same
+    camera: errors of the camera show there.
     """
 
     scan: Scan
     grasps: list[tuple[int, Any, Any]]
     x_twin: np.ndarray | None = None
     time: float = 0.0
+    rest: Scan | None = None
 
 
 @dataclass
@@ -34,7 +36,7 @@ class Estimate:
     """Attachments that explain scans; arrays of the twin's vertices. Use it only if is_accepted; else `reason` says why not.
 
     attached: bool. probability: of being attached. uncertainty: 1: the scans say nothing about this vertex. stiffness: N/m of
-    springs. x: the twin at rest with them, m (nacquisition x nnode x 3), as Acquisition.x_twin. look_next: m, where a view informs most, or None.
+    springs. verdicts: OmMatchVerdict of each acquisition; one whose is_good is False was left out, its `reason` says why. x: the twin at rest with them, m (nacquisition x nnode x 3), as Acquisition.x_twin. look_next: m, where a view informs most, or None.
     summary: the other fields of OmMatchEstimate, such as after_median (m).
     """
 
@@ -46,6 +48,7 @@ class Estimate:
     stiffness: np.ndarray
     x: np.ndarray
     look_next: np.ndarray | None
+    verdicts: list[Any]
     summary: dict[str, Any] = field(repr=False)
 
     @classmethod
@@ -54,7 +57,7 @@ class Estimate:
         return cls(raw.is_accepted, raw.reason, copied(raw.attached, np.bool_, (n,)), copied(raw.probability, np.float64, (n,)),
                    copied(raw.uncertainty, np.float64, (n,)), copied(raw.stiffness, np.float64, (n,)),
                    copied(raw.x, np.float64, (raw.nacquisition, raw.nnode, 3)), raw.look_next.copy() if raw.has_look_next else None,
-                   raw.as_dict())
+                   [c.OmMatchVerdict.from_buffer_copy(raw.verdict[i]) for i in range(raw.nacquisition)], raw.as_dict())
 
 
 class Matcher(Owner):
@@ -116,11 +119,15 @@ def load_acquisition(path: str | os.PathLike[str], site: Site | None = None) -> 
     """Read a file of an acquisition, as `omentum update` takes it (om_acquisition_load). site: to find tissue in pictures."""
     raw = c.OmAcquisition()
     lib.om_acquisition_load(path_of(path), ctypes.byref(site._c) if site is not None else None, None, ctypes.byref(raw))
-    scan = Scan.__new__(Scan)
+    scan, rest = Scan.__new__(Scan), None
     scan._own(c.OmScan.from_buffer_copy(raw.scan))
+    if raw.rest:
+        rest = Scan.__new__(Scan)
+        rest._own(c.OmScan.from_buffer_copy(raw.rest.contents))
+        lib.om_free(ctypes.cast(raw.rest, ctypes.c_void_p))
     grasps = [(raw.grasp[i].arm, c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_grasp),
                c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_now)) for i in range(raw.ngrasp)]
-    return Acquisition(scan, grasps, None, raw.time)
+    return Acquisition(scan, grasps, None, raw.time, rest)
 
 
 def save_acquisition(path: str | os.PathLike[str], acquisition: Acquisition) -> None:
@@ -133,6 +140,8 @@ def save_acquisition(path: str | os.PathLike[str], acquisition: Acquisition) -> 
 def _fill(raw: Any, acquisition: Acquisition) -> None:
     """An OmAcquisition that borrows the scan."""
     ctypes.memmove(ctypes.byref(raw.scan), ctypes.byref(acquisition.scan._c), ctypes.sizeof(c.OmScan))
+    if acquisition.rest is not None:
+        raw.rest = ctypes.pointer(acquisition.rest._c)
     if len(acquisition.grasps) > c.OM_MAX_ARM:
         raise ValueError(f"an acquisition has at most {c.OM_MAX_ARM} grasps, not {len(acquisition.grasps)}")
     raw.ngrasp, raw.time = len(acquisition.grasps), acquisition.time

@@ -26,6 +26,7 @@ static const OmCliOption option[] = {
 
 static const OmCliKey result_key[] = {
     {"acquisitions", "that were read"},
+    {"used", "of them: those that fit the model at rest, and each other"},
     {"accepted", "1: the twin takes the new attachments; 0: it keeps its attachments"},
     {"seen_share", "of the area that may be attached, below which the clouds show the surface"},
     {"before_median_mm", "distance of the clouds from the twin as believed"},
@@ -195,6 +196,19 @@ static OmStatus write_folder(const Update* u) {
     return status;
 }
 
+// Acquisitions that were left out or corrected.
+static void print_verdicts(const Update* u) {
+    const OmMatchEstimate* e = u->report.estimate;
+    int nused = 0;
+    for (int k = 0; e && e->verdict && k < u->nacquisition; ++k) {
+        const OmMatchVerdict* v = &e->verdict[k];
+        nused += v->is_good;
+        if (v->reason[0])
+            printf("  %s: %s%s\n", u->name[k], v->is_good ? "" : "left out: ", v->reason);
+    }
+    om_cli_figure("used", nused);
+}
+
 static void print_network(const Update* u) {
     static const char* const choice[] = {"network and physics", "physics alone",
                                          "the network alone", "the attachments before"};
@@ -236,6 +250,7 @@ static void print_result(const Update* u) {
         om_cli_figure("after_median_mm", 1e3 * e->after_median);
         om_cli_figure("update_ms", e->total_ms);
     }
+    print_verdicts(u);
     print_network(u);
     printf("  time: read %.0f ms, build the twin %.0f ms, register %.0f ms, update %.0f ms\n",
            r->load_ms, r->build_ms, r->register_ms, e ? e->total_ms : 0);
@@ -323,6 +338,8 @@ const OmCliVerb om_cli_verb_update = {
         "PATIENT is a patient model (omentum model) or a scene. An acquisition is one moment while a tool\n"
         "holds tissue: the cloud of a depth camera or a frame of a series of pictures, and the poses of the\n"
         "tools when their jaws closed and now. Estimates which vertices of the twin are attached.\n"
+        "Each acquisition is judged by itself, best where it names a cloud or frame of the tissue at rest: a\n"
+        "small error of the camera is corrected, a larger one is named (turned, focal length, unit, axes, ...).\n"
         "By network and physics, or by physics alone where no weights are installed. Writes\n"
         "report.html (clouds over the model, attachments before and after, where to look next, times),\n"
         "update.json and attachments.vtu (probability, uncertainty, stiffness, displacement). DIR must be new,\n"

@@ -36,8 +36,8 @@ typedef struct ToolItem {
 } ToolItem;
 
 typedef struct Keys {
-    char cloud[512], series[512];
-    int frame;
+    char cloud[512], series[512], rest[512];
+    int frame, rest_frame;
     int unit, space, registered;
     double time, noise;
     CameraItem camera;
@@ -100,7 +100,9 @@ static const OmYamlSchema tool_schema = {"tools", tool_field, COUNT(tool_field),
 static const OmYamlField key_field[] = {
     {"cloud", OM_YAML_STRING, AT(Keys, cloud), .size = 512},
     {"series", OM_YAML_STRING, AT(Keys, series), .size = 512},
+    {"rest", OM_YAML_STRING, AT(Keys, rest), .size = 512},
     {"frame", OM_YAML_INT, AT(Keys, frame), .min = 0, .max = OM_SERIES_MAX},
+    {"rest_frame", OM_YAML_INT, AT(Keys, rest_frame), .min = 0, .max = OM_SERIES_MAX},
     {"unit", OM_YAML_ENUM, AT(Keys, unit), .name = unit_name},
     {"space", OM_YAML_ENUM, AT(Keys, space), .name = space_name},
     {"registered", OM_YAML_ENUM, AT(Keys, registered), .name = registered_name},
@@ -115,7 +117,8 @@ static const OmYamlSchema key_schema = {"acquisition", key_field, COUNT(key_fiel
 static const char example[] =
     "# One moment of an operation, for omentum update. Positions are millimetres in the world (a patient: RAS).\n"
     "cloud: lift.ply          # .ply .vtp .csv .stl .obj: the surface of the tissue, as a camera sees it\n"
-    "unit: mm                 # of the cloud: m, cm, mm, or file: what the cloud says, else millimetres\n"
+    "# rest: rest.ply         # the tissue before the tools moved it, by the same camera: shows a wrong camera\n"
+    "unit: mm                 # of the clouds: m, cm, mm, or file: what the cloud says, else millimetres\n"
     "space: RAS               # of the cloud: RAS, LPS, or file\n"
     "registered: yes          # yes: cloud, camera and tools are in the frame of the model;\n"
     "                         # roughly: up to 30 degrees and 30 mm off; no: in any other frame\n"
@@ -142,6 +145,7 @@ static const char example[] =
     "# Instead of a cloud, a frame of a recorded series of pictures: its camera and arms are known.\n"
     "# series: out/series     # the folder of series.yaml\n"
     "# frame: 12              # from 0\n"
+    "# rest_frame: 0          # before the tools moved the tissue; left out: the first grasp_frame\n"
     "# tools:\n"
     "#   - {arm: psm1, grasp_frame: 3}  # the frame in which the jaw closed\n";
 
@@ -208,16 +212,23 @@ OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
     memset(file, 0, sizeof *file);
     Keys* k = om_calloc(1, sizeof *k);
     if (!k) return OM_NO_MEMORY;
+    k->rest_frame = -1;
     OmStatus status = om_yaml_parse(text, size, name, &key_schema, k);
     if (status == OM_OK && (k->cloud[0] != 0) == (k->series[0] != 0))
         status = om_error(OM_INVALID, "%s: name one source: cloud or series", name);
     if (status == OM_OK && k->series[0] && k->camera.width > 0)
         status = om_error(OM_INVALID, "%s: camera: a series has its own", name);
+    if (status == OM_OK && k->series[0] && k->rest[0])
+        status = om_error(OM_INVALID, "%s: rest: of a series name a frame, rest_frame", name);
+    if (status == OM_OK && k->cloud[0] && k->rest_frame >= 0)
+        status = om_error(OM_INVALID, "%s: rest_frame: of a cloud name another cloud, rest", name);
     memcpy(file->series, k->series, sizeof file->series);
     if (status == OM_OK) status = set_grasps(k, name, file);
     if (status == OM_OK) status = set_camera(&k->camera, name, file);
     snprintf(file->path, sizeof file->path, "%s", name);
     memcpy(file->cloud, k->cloud, sizeof file->cloud);
+    memcpy(file->rest, k->rest, sizeof file->rest);
+    file->rest_frame = k->rest_frame;
     file->frame = (OmMeshFrame){unit_value[k->unit], (OmSpace)k->space};
     file->frame_index = k->frame;
     file->registered = k->registered;
@@ -238,30 +249,57 @@ static OmStatus load_keys(const char* path, OmAcquisitionFile* file) {
     return status;
 }
 
-static OmStatus load_cloud(const OmAcquisitionFile* file, OmScan* scan) {
+static OmStatus load_cloud(const OmAcquisitionFile* file, const char* name, OmScan* scan) {
     char dir[512], path[1024];
     OM_TRY(om_path_dir(file->path, dir, sizeof dir));
-    OM_TRY(om_path_join(dir, file->cloud, path, sizeof path));
+    OM_TRY(om_path_join(dir, name, path, sizeof path));
     OmScanFileDef def = om_scan_file_default_def();
     def.frame = file->frame;
     def.noise = file->noise;
     def.has_eye = file->has_camera;
     def.eye = file->camera.pose_world_camera.p;
     OmStatus status = om_scan_load(path, &def, scan, NULL);
-    return status < 0 ? om_error_prefix(status, "%s: cloud", file->path) : status;
+    if (status < 0) return om_error_prefix(status, "%s: cloud", file->path);
+    scan->has_camera = file->has_camera;
+    scan->camera = file->camera;
+    return OM_OK;
+}
+
+// Room for the scan at rest.
+static OmStatus add_rest(OmAcquisition* a, OmScan** rest) {
+    *rest = om_calloc(1, sizeof **rest);
+    if (!*rest) return OM_NO_MEMORY;
+    a->rest = *rest;
+    return OM_OK;
+}
+
+static OmStatus find_scan(const OmSite* site, const OmSeries* series, int frame, OmScan* scan) {
+    OmObservation obs = {0};
+    OM_TRY(om_series_get_frame(series, frame, NULL, &obs));
+    const OmScanDef def = om_scan_default_def(om_site_spacing(site));
+    const OmCloudDef space = om_cloud_default_def(NULL, site);
+    OmStatus status = om_scan_from_observation(&def, &space, &obs, scan);
+    om_observation_done(&obs);
+    return status;
 }
 
 // The observation of a frame, its scan, and the tips of the tools then and in the frame of the grasp.
 static OmStatus read_series(const OmAcquisitionFile* file, const OmSite* site,
                             const OmSeries* series, OmAcquisition* a) {
-    OmObservation obs = {0};
-    int at = file->frame_index;
-    OM_TRY(om_series_get_frame(series, at, NULL, &obs));
-    const OmScanDef def = om_scan_default_def(om_site_spacing(site));
-    const OmCloudDef space = om_cloud_default_def(NULL, site);
-    OmStatus status = om_scan_from_observation(&def, &space, &obs, &a->scan);
-    om_observation_done(&obs);
-    OM_TRY(status);
+    int at = file->frame_index, rest_at = file->rest_frame;
+    for (int i = 0; i < a->ngrasp && file->rest_frame < 0; ++i) {
+        int then = file->grasp_frame[i];
+        if (then >= 0 && (rest_at < 0 || then < rest_at)) rest_at = then;
+    }
+    OM_TRY(find_scan(site, series, at, &a->scan));
+    if (rest_at >= 0 && rest_at != at) {
+        OmScan* rest;
+        OM_TRY(add_rest(a, &rest));
+        OM_CHECK(rest_at < series->nframe, OM_INVALID, "%s %d; the series has %d frames",
+                 file->rest_frame < 0 ? "tools: grasp_frame" : "rest_frame", rest_at,
+                 series->nframe);
+        OM_TRY(find_scan(site, series, rest_at, rest));
+    }
     a->time = a->scan.time;
     for (int i = 0; i < a->ngrasp; ++i) {
         OmMatchGrasp* grasp = &a->grasp[i];
@@ -293,11 +331,12 @@ static OmStatus load_series(const OmAcquisitionFile* file, const OmSite* site, O
 }
 
 static OmStatus load_points(const OmAcquisitionFile* file, OmAcquisition* a) {
-    OM_TRY(load_cloud(file, &a->scan));
+    OM_TRY(load_cloud(file, file->cloud, &a->scan));
     a->time = a->scan.time = file->time;
-    a->scan.has_camera = file->has_camera;
-    a->scan.camera = file->camera;
-    return OM_OK;
+    if (!file->rest[0]) return OM_OK;
+    OmScan* rest;
+    OM_TRY(add_rest(a, &rest));
+    return load_cloud(file, file->rest, rest);
 }
 
 OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcquisitionFile* file,
@@ -317,16 +356,25 @@ OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcquisition
 void om_acquisition_done(OmAcquisition* acquisition) {
     if (!acquisition) return;
     om_scan_done(&acquisition->scan);
+    if (acquisition->rest) {
+        OmScan* rest = (OmScan*)(uintptr_t)acquisition->rest;
+        om_scan_done(rest);
+        om_free(rest);
+    }
     memset(acquisition, 0, sizeof *acquisition);
 }
 
-void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old) {
-    OmScan* scan = &acquisition->scan;
+static void move_scan(OmPose pose_new_old, OmScan* scan) {
     for (int i = 0; i < scan->npoint; ++i) {
         om_store3(scan->x, i, om_pose_apply(pose_new_old, om_load3(scan->x, i)));
         om_store3(scan->normal, i, om_quat_rotate(pose_new_old.q, om_load3(scan->normal, i)));
     }
     scan->camera.pose_world_camera = om_pose_mul(pose_new_old, scan->camera.pose_world_camera);
+}
+
+void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old) {
+    move_scan(pose_new_old, &acquisition->scan);
+    if (acquisition->rest) move_scan(pose_new_old, (OmScan*)(uintptr_t)acquisition->rest);
     for (int i = 0; i < acquisition->ngrasp; ++i) {
         OmMatchGrasp* grasp = &acquisition->grasp[i];
         grasp->pose_world_grasp = om_pose_mul(pose_new_old, grasp->pose_world_grasp);
@@ -359,9 +407,13 @@ static OmStatus add_camera(OmText* t, const OmCamera* camera) {
                           lens.k3);
 }
 
-static OmStatus add_keys(OmText* t, const OmAcquisition* a, const char* cloud) {
+static OmStatus add_keys(OmText* t, const OmAcquisition* a, const char* cloud, const char* rest) {
     OM_TRY(om_text_append(t, "cloud: "));
     OM_TRY(om_text_append_quoted(t, cloud));
+    if (a->rest) {
+        OM_TRY(om_text_append(t, "\nrest: "));
+        OM_TRY(om_text_append_quoted(t, rest));
+    }
     OM_TRY(om_text_append(t, "\nregistered: yes\ntime: %.17g\nnoise_mm: %.17g\n", a->time,
                           a->scan.noise / MM));
     if (a->scan.has_camera) OM_TRY(add_camera(t, &a->scan.camera));
@@ -379,15 +431,19 @@ static OmStatus add_keys(OmText* t, const OmAcquisition* a, const char* cloud) {
 }
 
 OmStatus om_acquisition_save(const OmAcquisition* acquisition, const char* path) {
-    char cloud[1024];
+    char cloud[1024], rest[1024];
     size_t len = strlen(path);
-    OM_CHECK(len > 5 && len < sizeof cloud && strcmp(path + len - 5, ".yaml") == 0, OM_INVALID,
+    OM_CHECK(len > 5 && len + 5 < sizeof cloud && strcmp(path + len - 5, ".yaml") == 0, OM_INVALID,
              "an acquisition is written to a file whose name ends in .yaml, not to \"%s\"", path);
     snprintf(cloud, sizeof cloud, "%.*s.ply", (int)len - 5, path);
-    OM_TRY(om_scan_save(&acquisition->scan, cloud, (OmMeshFrame){OM_UNIT_M, OM_SPACE_RAS}));
-    const char* slash = strrchr(cloud, '/');
+    snprintf(rest, sizeof rest, "%.*s-rest.ply", (int)len - 5, path);
+    const OmMeshFrame frame = {OM_UNIT_M, OM_SPACE_RAS};
+    OM_TRY(om_scan_save(&acquisition->scan, cloud, frame));
+    if (acquisition->rest) OM_TRY(om_scan_save(acquisition->rest, rest, frame));
+    const char *slash = strrchr(cloud, '/'), *rest_slash = strrchr(rest, '/');
     OmText text = {0};
-    OmStatus status = add_keys(&text, acquisition, slash ? slash + 1 : cloud);
+    OmStatus status = add_keys(&text, acquisition, slash ? slash + 1 : cloud,
+                               rest_slash ? rest_slash + 1 : rest);
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     om_text_done(&text);
     return status;

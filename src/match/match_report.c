@@ -327,15 +327,56 @@ static void add_acquisitions(const OmMatchReport* r, OmReport* page) {
     add_cut(MAX_ROW, r->nacquisition, page);
 }
 
+// What was found out about each acquisition.
+static void add_verdicts(const OmMatchReport* r, OmReport* page) {
+    static const char* const heading[] = {"acquisition", "used",   "at rest, chi-square",
+                                          "mean, mm",    "remark"};
+    const OmMatchEstimate* e = r->estimate;
+    if (!e || !e->verdict) return;
+    om_report_heading(page, "Whether each acquisition can be trusted");
+    for (int k = 0; k < r->nacquisition && k < MAX_ROW; ++k) {
+        const OmMatchVerdict* v = &e->verdict[k];
+        char text[400];
+        if (v->reason[0]) {
+            snprintf(text, sizeof text, "%s: %s.", r->name[k], v->reason);
+            om_report_paragraph(page, text);
+        }
+    }
+    Cells c = {.n = 0};
+    for (int k = 0; k < r->nacquisition && k < MAX_ROW; ++k) {
+        const OmMatchVerdict* v = &e->verdict[k];
+        add_cell(&c, "%s", r->name[k]);
+        add_cell(&c, "%s", !v->is_good ? "left out" : v->is_moved ? "corrected" : "as it is");
+        if (v->npatch > 0)
+            add_cell(&c, "%.2f of %d patches", v->chi2, v->npatch);
+        else
+            add_cell(&c, "-");
+        if (v->before > 0)
+            add_cell(&c, "%.2f before, %.2f after", 1e3 * v->before, 1e3 * v->after);
+        else
+            add_cell(&c, "-");
+        add_cell(&c, "%s", v->is_good && !v->is_moved ? "-" : om_match_cause_name(v->cause));
+    }
+    om_report_table(page, heading, 5, c.cell, c.n / 5);
+    add_cut(MAX_ROW, r->nacquisition, page);
+}
+
 static void add_times(const OmMatchReport* r, OmReport* page) {
     static const char* const heading[] = {"stage", "ms"};
     const OmMatchEstimate* e = r->estimate;
-    const char* const stage[] = {"read files",       "build the twin",    "register",
-                                 "fit to the cloud", "infer attachments", "check the result"};
-    const double ms[] = {r->load_ms,        r->build_ms,         r->register_ms,
-                         e ? e->fit_ms : 0, e ? e->infer_ms : 0, e ? e->check_ms : 0};
+    const char* const stage[] = {"read files",
+                                 "build the twin",
+                                 "register",
+                                 "judge the acquisitions",
+                                 "fit to the cloud",
+                                 "infer attachments",
+                                 "check the result"};
+    const double ms[] = {r->load_ms,         r->build_ms,
+                         r->register_ms,     e ? e->judge_ms : 0,
+                         e ? e->fit_ms : 0,  e ? e->infer_ms : 0,
+                         e ? e->check_ms : 0};
     Cells c = {.n = 0};
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < 7; ++i) {
         add_cell(&c, "%s", stage[i]);
         add_cell(&c, "%.1f", ms[i]);
     }
@@ -354,6 +395,7 @@ OmStatus om_match_report_save(const OmMatchReport* report, const char* path) {
     }
     if (has_shape(report->estimate)) add_figures(report->estimate, &page);
     add_acquisitions(report, &page);
+    add_verdicts(report, &page);
     add_times(report, &page);
     return om_report_save(&page, path);
 }
@@ -372,6 +414,26 @@ static void put_registration(OmJson* j, const OmRegistration* g) {
     om_json_number(j, "sigma_angle_deg", g->sigma_angle * 180 / OM_PI);
     om_json_number(j, "sigma_shift_mm", 1e3 * g->sigma_shift);
     om_json_number(j, "ms", g->ms);
+    om_json_close(j, '}');
+}
+
+static void put_verdict(OmJson* j, const OmMatchVerdict* v) {
+    om_json_open(j, "verdict", '{');
+    om_json_bool(j, "is_used", v->is_good);
+    om_json_bool(j, "is_corrected", v->is_moved);
+    om_json_string(j, "cause", om_match_cause_name(v->cause));
+    om_json_string(j, "reason", v->reason);
+    om_json_number(j, "chi2", v->chi2);
+    om_json_number(j, "chi2_corrected", v->chi2_moved);
+    om_json_integer(j, "patches", v->npatch);
+    om_json_number(j, "turn_deg", v->turn * 180 / OM_PI);
+    om_json_number(j, "shift_mm", 1e3 * v->shift);
+    om_json_number(j, "sigma_turn_deg", v->sigma_turn * 180 / OM_PI);
+    om_json_number(j, "sigma_shift_mm", 1e3 * v->sigma_shift);
+    om_json_number(j, "before_mean_mm", 1e3 * v->before);
+    om_json_number(j, "after_mean_mm", 1e3 * v->after);
+    om_json_number(j, "share_without_depth", v->empty);
+    om_json_number(j, "share_of_other_things", v->other);
     om_json_close(j, '}');
 }
 
@@ -408,6 +470,7 @@ OmStatus om_match_report_save_json(const OmMatchReport* r, const char* path) {
         om_json_integer(&j, "tools", r->acquisition[k].ngrasp);
         if (r->registration && r->registration[k].nstart > 0)
             put_registration(&j, &r->registration[k]);
+        if (e && e->verdict) put_verdict(&j, &e->verdict[k]);
         om_json_close(&j, '}');
     }
     om_json_close(&j, ']');
