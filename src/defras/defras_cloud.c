@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "defras/defras_internal.h"
+#include "defras/defras_updater.h"
 
 #define MIN_PIXEL 4  // of tissue near a grasping point: fewer are noise
 #define PATCH_RADIUS \
@@ -164,6 +165,7 @@ OmStatus om__cloud_look(OmLoop* loop, int block) {
         const GraspPoint p = find_point(loop, has_cloud ? &c : NULL, b);
         if (block < 0 || p.source != GRASP_NONE) loop->point[b] = p;
     }
+    if (status >= 0 && has_cloud && loop->updater) om__updater_take_rest(loop->updater, &c.scan);
     cloud_done(&c);
     return status < 0 ? om_error_prefix(status, "grasping points at %.2f s", loop->time) : OM_OK;
 }

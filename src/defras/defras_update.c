@@ -97,6 +97,7 @@ void om__updater_reset(OmUpdater* u) {
     om__updater_cancel(u);
     for (int i = 0; i < u->nkept; ++i) taken_drop(u->kept[i]);
     for (int a = 0; a < OM_MAX_ARM; ++a) u->grasp[a].number = 0;
+    om_scan_done(&u->rest);
     u->nkept = u->ngrasp = u->ntaken = u->nestimate = 0;
     u->is_due = false;
 }
@@ -122,6 +123,12 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
     u->nnode = om_body_node_count(twin);
     for (int v = 0; v < u->nnode; ++v)
         if (held_by[om_body_node(twin, v)] == arm) g->vert[g->nvert++] = v;
+}
+
+void om__updater_take_rest(OmUpdater* u, OmScan* scan) {
+    if (u->ngrasp > 0 || u->rest.pixel || !scan->pixel) return;
+    u->rest = *scan;
+    memset(scan, 0, sizeof *scan);
 }
 
 void om__updater_release(OmUpdater* u, int arm) { u->grasp[arm].number = 0; }
@@ -199,6 +206,7 @@ OmStatus om__updater_start(OmUpdater* u, int tick, double time) {
         u->given[i] = u->kept[i];
         ++u->given[i]->nref;
         u->acquisition[i] = u->given[i]->data;
+        u->acquisition[i].rest = u->rest.pixel ? &u->rest : NULL;
     }
     u->ngiven = u->nkept;
     u->estimate = (OmMatchEstimate){0};

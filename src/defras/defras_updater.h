@@ -31,6 +31,7 @@ struct OmUpdater {
     int nnode;         // of the twin, see om_body_get_nodes; 0 before the first grasp
 
     // of the present loop
+    OmScan rest;    // of the first picture, before any arm grasped; no pixels: none
     HeldGrasp grasp[OM_MAX_ARM];
     int ngrasp, ntaken, nestimate;
     Taken* kept[OM_UPDATE_MAX_KEEP];  // oldest first
@@ -54,6 +55,8 @@ void om__updater_reset(OmUpdater* updater);
 void om__updater_grasp(OmUpdater* updater, int arm, OmPose pose_world_tip, double radius,
                        const OmBody* twin);
 void om__updater_release(OmUpdater* updater, int arm);
+/// Take over a scan of the first picture, if no arm has grasped yet and there is none.
+void om__updater_take_rest(OmUpdater* updater, OmScan* scan);
 /// Take an acquisition from an observation with depth; `tip`: pose of each tool in the twin, world frame. The newest
 /// of the same grasps is replaced, or the oldest of too many.
 /// @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
