@@ -17,7 +17,9 @@
 #define THICK 0.003  // m: what lies farther from them, over the tissue's place, is tissue or a tool
 #define ABOVE 0.06   // m: and no farther
 #define CONTRADICTION 0.02  // share of the pixels whose colour contradicts their place
-#define MIRRORED 0.3        // mirrored, at most this part of it is left
+#define IN_PLACE 0.5    // share of the pixels that lie on some surface where only colours are wrong
+#define LEAST_SIZE 0.2  // of the samples over the model
+#define MIRRORED 0.3    // mirrored, at most this part of it is left
 
 typedef struct Found {  // the best cause so far
     OmMatchCause cause;
@@ -27,6 +29,7 @@ typedef struct Found {  // the best cause so far
 
 static void offer(MatchJudge* j, OmMatchCause cause, const MatchGuess* g, double handicap,
                   Found* best) {
+    if (j->radius < LEAST_SIZE * g->scale * j->size) return;  // a point fits everywhere
     double explained, cost = om__judge_measure(j, g, &explained) + handicap;
     if (cost >= best->cost) return;
     *best = (Found){cause, cost, explained, *g};
@@ -195,19 +198,35 @@ static double find_contradiction(const MatchJudge* j, bool is_across, bool is_do
     return npixel > 0 ? (double)nwrong / npixel : 0;
 }
 
-bool om__judge_is_mirrored(const MatchJudge* j, OmMatchVerdict* v) {
+// Whether what the picture shows, whatever its colour, lies where tissue at rest, board or organ are.
+static OmStatus is_in_place(MatchJudge* j, bool* answer) {
+    double explained = 0;
+    const MatchGuess stated = om__judge_as_stated(j->scan);
+    j->nsample = 0;
+    OM_TRY(om__judge_add_pixels(j, OM_SCAN_TISSUE, false));
+    OM_TRY(om__judge_add_pixels(j, OM_SCAN_OTHER, false));
+    j->is_any = true;
+    om__judge_measure(j, &stated, &explained);
+    j->is_any = false;
+    *answer = explained >= IN_PLACE;
+    return OM_OK;
+}
+
+OmStatus om__judge_mirrored(MatchJudge* j, OmMatchVerdict* v) {
     const OmSite* site = j->match->def.site;
-    if (!om__judge_has_pixels(j->scan) || !(site->has_ground || site->has_organ)) return false;
+    if (!om__judge_has_pixels(j->scan) || !(site->has_ground || site->has_organ)) return OM_OK;
     double stated = find_contradiction(j, false, false);
-    if (stated < CONTRADICTION) return false;
-    for (int k = 1; k < 4; ++k) {
+    bool is_right = false;
+    if (stated < CONTRADICTION) return OM_OK;
+    OM_TRY(is_in_place(j, &is_right));
+    for (int k = 1; k < 4 && is_right; ++k) {
         if (find_contradiction(j, k & 1, k & 2) > MIRRORED * stated) continue;
         v->is_good = false;
         v->cause = OM_MATCH_MIRRORED;
         say_mirrored(v);
-        return true;
+        return OM_OK;
     }
-    return false;
+    return OM_OK;
 }
 
 OmStatus om__judge_find_cause(MatchJudge* j, const MatchGuess* stated, OmMatchVerdict* v) {

@@ -30,6 +30,7 @@ struct OmMatch {
     double* area;       // of candidates
     double* vert_area;  // share of the boundary of each vertex of the mesh
     double* spring;     // scratch: of each vertex of the mesh
+    double* x_rest;     // at rest under its weight, by om__match_rest_shape; null: not yet  (nvert x 3)
     OmFemSolid* solid;
     OmFemSolid* projected;  // the same, with tangents projected element by element
     OmBsr A;
@@ -47,6 +48,10 @@ OmStatus om__match_find_held(const OmMatch* match, int ngrasp, const OmMatchGras
                              MatchHeld* held);
 /// Check a load, and find the grasped vertices with their goals.
 OmStatus om__match_set_load(OmMatch* match, const OmMatchLoad* load, const double* x);
+/// The twin under its weight alone, once; `x` lives as long as `match`. What is believed holds it, and elsewhere a soft
+/// support: tissue that lies somewhere is held somehow. Without an equilibrium it is the shape of the mesh.
+/// @return OM_OK; OM_NO_MEMORY
+OmStatus om__match_rest_shape(OmMatch* match, const double** x);
 OmVec3 om__match_pull_point(const OmMatch* match, const OmMatchPull* pull, const double* x);
 /// Distance to board and organ, m, and its gradient; HUGE_VAL: neither.
 double om__match_gap(const OmMatch* match, OmVec3 p, OmVec3* normal);

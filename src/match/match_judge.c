@@ -15,6 +15,7 @@
 #include <string.h>
 
 #define MODEL 0.0002       // m, error of the model's surface at rest
+#define SAG 0.5            // ... and of what its own weight moves it, this part: modulus, supports
 #define PIXEL 0.0005       // m, noise of a single pixel and error of board or organ
 #define LIMIT 3.0          // standard deviations: farther samples do not fit
 #define MOST_TISSUE 100.0  // of chi-square, that a patch counts at most
@@ -37,18 +38,35 @@
 #define SMALL_RATIO 0.06    // of the logarithm of a focal length or a scale that is corrected
 
 OmStatus om__match_judge_begin(OmMatch* m, MatchJudge* j) {
+    const double* rest;
     *j = (MatchJudge){.match = m};
+    OM_TRY(om__match_rest_shape(m, &rest));
     OM_TRY(om_surface_tree_create(&m->surface, &j->tree));
     OM_ALLOC(j->patch, MAX_PATCH);
     OM_ALLOC(j->xs, 3 * (size_t)m->surface.nvert);
     OM_ALLOC(j->use, m->surface.ntri);
     OM_ALLOC(j->normal, 3 * (size_t)m->surface.ntri);
+    OM_ALLOC(j->center_of, 3 * (size_t)m->surface.ntri);
+    OM_ALLOC(j->sag, m->surface.ntri);
+    OmVec3 middle = om_vec3(0, 0, 0);
+    const int nvert = m->surface.nvert;
+    for (int i = 0; i < nvert; ++i) {
+        om_store3(j->xs, i, om_load3(rest, m->surface_vert[i]));
+        middle = om_madd(middle, 1.0 / nvert, om_load3(j->xs, i));
+    }
+    for (int i = 0; i < nvert; ++i) j->size += om_distance(om_load3(j->xs, i), middle) / nvert;
+    om_surface_tree_move(j->tree, j->xs);
     for (int t = 0; t < m->surface.ntri; ++t) {
         const int* v = m->surface.tri_vert + 3 * (size_t)t;
-        OmVec3 a = om_load3(m->surface.x, v[0]);
-        OmVec3 n = om_cross(om_sub(om_load3(m->surface.x, v[1]), a),
-                            om_sub(om_load3(m->surface.x, v[2]), a));
+        OmVec3 p[3];
+        j->sag[t] = 0;
+        for (int k = 0; k < 3; ++k) {
+            p[k] = om_load3(j->xs, v[k]);
+            j->sag[t] += om_distance(p[k], om_load3(m->surface.x, v[k])) / 3;
+        }
+        OmVec3 n = om_cross(om_sub(p[1], p[0]), om_sub(p[2], p[0]));
         om_store3(j->normal, t, om_normalize(n));
+        om_store3(j->center_of, t, om_scale(1.0 / 3, om_add(p[0], om_add(p[1], p[2]))));
     }
     return OM_OK;
 }
@@ -59,12 +77,14 @@ void om__match_judge_done(MatchJudge* j) {
     om_free(j->xs);
     om_free(j->use);
     om_free(j->normal);
+    om_free(j->center_of);
+    om_free(j->sag);
     om_free(j->sample);
 }
 
 // ---- samples -----------------------------------------------------------------------------------------------------
 
-static OmStatus add_sample(MatchJudge* j, OmVec3 p, double sigma, bool is_tissue) {
+static OmStatus add_sample(MatchJudge* j, OmVec3 p, double noise, bool is_tissue) {
     if (j->nsample == j->capacity) {
         int capacity = 2 * j->capacity + 256;
         MatchSample* more =
@@ -73,7 +93,7 @@ static OmStatus add_sample(MatchJudge* j, OmVec3 p, double sigma, bool is_tissue
         j->sample = more;
         j->capacity = capacity;
     }
-    j->sample[j->nsample++] = (MatchSample){.p = p, .sigma = sigma, .is_tissue = is_tissue};
+    j->sample[j->nsample++] = (MatchSample){.p = p, .noise = noise, .is_tissue = is_tissue};
     return OM_OK;
 }
 
@@ -116,9 +136,8 @@ OmStatus om__judge_take_samples(MatchJudge* j) {
     OmPose to_camera =
         scan->has_camera ? om_pose_inverse(scan->camera.pose_world_camera) : om_pose_identity();
     j->nsample = 0;
-    double sigma = sqrt(scan->noise * scan->noise + MODEL * MODEL);
     for (int i = 0; i < scan->npoint; ++i)
-        OM_TRY(add_sample(j, om_pose_apply(to_camera, om_load3(scan->x, i)), sigma, true));
+        OM_TRY(add_sample(j, om_pose_apply(to_camera, om_load3(scan->x, i)), scan->noise, true));
     const OmSite* site = j->match->def.site;
     if (om__judge_has_pixels(scan) && (site->has_ground || site->has_organ))
         OM_TRY(om__judge_add_pixels(j, OM_SCAN_OTHER, false));
@@ -148,10 +167,12 @@ static int patch_at(OmVec3 x, int kind) {
 }
 
 // Distance of x from the tissue's surface; beside its border the distance from the border.
-static double find_tissue(const MatchJudge* j, OmVec3 x, OmVec3* n, int* patch) {
+static double find_tissue(const MatchJudge* j, OmVec3 x, OmVec3* n, int* patch, double* model) {
     OmSurfacePoint q = {.tri = -1};
     *patch = -1;
+    *model = MODEL;
     if (!om_surface_tree_find(j->tree, x, j->use, REACH, &q)) return REACH;
+    *model = hypot(MODEL, SAG * j->sag[q.tri]);
     OmVec3 d = om_sub(x, q.x), normal = om_load3(j->normal, q.tri);
     double e = om_dot(d, normal);
     *n = normal;
@@ -172,7 +193,7 @@ static double find_fixed(const MatchJudge* j, OmVec3 x, OmVec3* n, int* patch) {
 static void mark_facing(MatchJudge* j, const MatchGuess* g) {
     const OmSurface* s = &j->match->surface;
     for (int t = 0; t < s->ntri; ++t) {
-        OmVec3 ray = om_sub(g->pose.p, om_load3(s->x, s->tri_vert[3 * (size_t)t]));
+        OmVec3 ray = om_sub(g->pose.p, om_load3(j->center_of, t));
         j->use[t] = !j->scan->has_camera || om_dot(ray, om_load3(j->normal, t)) > 0;
     }
 }
@@ -189,7 +210,8 @@ double om__judge_measure(MatchJudge* j, const MatchGuess* g, double* explained) 
         s->n = n;
         s->e = REACH;
         s->patch = -1;
-        if (s->is_tissue || j->is_any) s->e = find_tissue(j, x, &s->n, &s->patch);
+        s->model = MODEL;
+        if (s->is_tissue || j->is_any) s->e = find_tissue(j, x, &s->n, &s->patch, &s->model);
         if (!s->is_tissue && has_fixed) {
             int patch;
             double e = find_fixed(j, x, &n, &patch);
@@ -197,9 +219,10 @@ double om__judge_measure(MatchJudge* j, const MatchGuess* g, double* explained) 
                 s->e = e;
                 s->n = n;
                 s->patch = patch;
+                s->model = MODEL;
             }
         }
-        double r = s->e / s->sigma;
+        double r = s->e / om__sample_sigma(s);
         sum += fmin(r * r, LIMIT * LIMIT);
         nfit += fabs(r) < LIMIT;
     }
@@ -218,7 +241,8 @@ static double chi_square(const MatchJudge* j, bool only_fitting, int* npatch) {
         if (s->patch < 0 && only_fitting) continue;
         int k = s->patch < 0 ? 0 : s->patch;
         patch[k].sum += s->e;
-        patch[k].var += fmax(s->sigma * s->sigma - MODEL * MODEL, 0);
+        patch[k].var += s->noise * s->noise;
+        patch[k].model += s->model * s->model;
         ++patch[k].n;
         patch[k].is_tissue = s->is_tissue;
     }
@@ -226,8 +250,8 @@ static double chi_square(const MatchJudge* j, bool only_fitting, int* npatch) {
     *npatch = 0;
     for (int k = 0; k < MAX_PATCH; ++k) {
         if (patch[k].n == 0) continue;
-        double mean = patch[k].sum / patch[k].n,
-               var = patch[k].var / ((double)patch[k].n * patch[k].n) + MODEL * MODEL;
+        double mean = patch[k].sum / patch[k].n, n = patch[k].n,
+               var = patch[k].var / (n * n) + patch[k].model / n;
         double chi2 = fmin(mean * mean / var, patch[k].is_tissue ? MOST_TISSUE : MOST_OTHER);
         if (only_fitting && chi2 > LIMIT * LIMIT) continue;
         sum += chi2;
@@ -276,8 +300,8 @@ void om__judge_fit_rigid(MatchJudge* j, MatchGuess* g, const MatchGuess* stated,
             const MatchSample* s = &j->sample[i];
             if (s->patch < 0) continue;
             OmVec3 arm = om_cross(om_sub(om__judge_place_of(g, s->p), c), s->n);
-            double r = s->e / s->sigma / scale, w = 1 / ((1 + r * r) * (1 + r * r));
-            w /= s->sigma * s->sigma;
+            double sigma_s = om__sample_sigma(s), r = s->e / sigma_s / scale;
+            double w = 1 / ((1 + r * r) * (1 + r * r)) / (sigma_s * sigma_s);
             const double row[6] = {arm.x, arm.y, arm.z, s->n.x, s->n.y, s->n.z};
             for (int a = 0; a < 6; ++a) {
                 b[a] -= w * row[a] * s->e;
@@ -422,7 +446,8 @@ OmStatus om__match_judge(MatchJudge* j, const OmScan* scan, bool is_rest, OmMatc
     j->scan = scan;
     *right = om__judge_as_stated(scan);
     if (scan->npoint < OM__MATCH_MIN_POINTS) return om__judge_empty(j, v);
-    if (om__judge_is_mirrored(j, v)) return OM_OK;
+    OM_TRY(om__judge_mirrored(j, v));
+    if (!v->is_good) return OM_OK;
     OM_TRY(om__judge_take_samples(j));
     const MatchGuess stated = *right;
     const Fit fit = find_fit(j, &stated, is_rest);

@@ -7,12 +7,18 @@
 
 typedef struct MatchSample {  // a measured place
     OmVec3 p;                 // m, frame of the camera; world frame where the scan has none
-    double sigma;             // m, standard deviation of its distance from the surface it lies on
-    bool is_tissue;           // else board or organ, or, of scans without tissue, anything
-    int patch;                // of its nearest surface, at the last pose
-    double e;                 // m, distance from that surface, at the last pose
-    OmVec3 n;                 // gradient of e in the world frame
+    double noise;    // m, standard deviation of its own distance from the surface it lies on
+    double model;    // m, ... of that surface, which neighbouring samples share; at the last pose
+    bool is_tissue;  // else board or organ, or, of scans without tissue, anything
+    int patch;       // of its nearest surface, at the last pose
+    double e;        // m, distance from that surface, at the last pose
+    OmVec3 n;        // gradient of e in the world frame
 } MatchSample;
+
+// Standard deviation of the distance of a sample, m.
+static inline double om__sample_sigma(const MatchSample* s) {
+    return sqrt(s->noise * s->noise + s->model * s->model);
+}
 
 static inline double om__degrees(double angle) { return 180 / OM_PI * angle; }
 
@@ -25,7 +31,8 @@ typedef struct MatchGuess {
 } MatchGuess;
 
 typedef struct MatchPatch {  // of a surface
-    double sum, var;         // of the distances of its samples, m and m^2
+    double sum, var,
+        model;  // of its samples: distances, variances of noise and of the model; m and m^2
     int n;
     bool is_tissue;
 } MatchPatch;
@@ -35,11 +42,14 @@ typedef struct MatchJudge {  // om__match_judge_done frees
     OmSurfaceTree* tree;  // of the surface at rest
     unsigned char* use;   // triangles that face the camera                    (ntri)
     double* normal;       // of triangles                                  (ntri x 3)
+    double* center_of;    // of triangles                                  (ntri x 3)
+    double* sag;          // m, by which its own weight has moved a triangle   (ntri)
     int nsample, capacity;
     MatchSample* sample;
     MatchPatch* patch;  // by hash                                       (MAX_PATCH)
     OmVec3 center;      // of the samples, frame of the camera
     double radius;      // m, their mean distance from it
+    double size;        // m, mean distance of the model's vertices from their middle
     bool is_any;        // samples may lie on any surface: their classes are not known
     const OmScan* scan;
     double* xs;  // of the surface, scratch                              (nvert x 3)
@@ -75,8 +85,8 @@ OM_PRINTF(2, 3)
 void om__judge_say(OmMatchVerdict* verdict, const char* format, ...);
 // The cause of samples that do not fit at `stated`.
 OmStatus om__judge_find_cause(MatchJudge* judge, const MatchGuess* stated, OmMatchVerdict* verdict);
-// Do the colours fit the depths much better if the picture is mirrored?
-bool om__judge_is_mirrored(const MatchJudge* judge, OmMatchVerdict* verdict);
+// Do the colours fit the depths much better if the picture is mirrored? Then the verdict is not good.
+OmStatus om__judge_mirrored(MatchJudge* judge, OmMatchVerdict* verdict);
 // A scan with too few points of tissue.
 OmStatus om__judge_empty(MatchJudge* judge, OmMatchVerdict* verdict);
 

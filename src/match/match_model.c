@@ -245,6 +245,7 @@ void om_match_destroy(OmMatch* m) {
     om_free(m->mid_end);
     om_free(m->candidate_of);
     om_free(m->spring);
+    om_free(m->x_rest);
     om_surface_done(&m->surface);
     om_free(m->surface_vert);
     om_free(m->surface_of);
@@ -281,6 +282,8 @@ OmStatus om_match_set_young(OmMatch* m, double factor) {
     m->projected = projected;
     m->young = factor;
     m->has_factors = false;
+    om_free(m->x_rest);
+    m->x_rest = NULL;
     return OM_OK;
 }
 

@@ -530,6 +530,7 @@ static void test_memory(void** state) {
     (void)state;
     Memory m = {.fake = {.in = 0.9, .out = 0.1}};
     take(&m.rig);
+    assert_ok(update(&m));  // the shape at rest is kept
     assert_true(test_failing_allocations(update, &m, test_stride(61)) > 3);
     give_back(&m.rig);
 }

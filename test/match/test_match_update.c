@@ -252,7 +252,53 @@ static void test_memory(void** state) {
     (void)state;
     Rig rig;
     begin(&rig);
+    assert_ok(update(&rig));  // the shape at rest is kept
     test_failing_allocations(update, &rig, test_stride(7));
+    end(&rig);
+}
+
+// Of two acquisitions, one whose camera has moved since the other is left out, and the estimate is that of the other.
+static void test_one_is_left_out(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate one, two;
+    OmAcquisition acq[2] = {rig.acq[0], rig.acq[1]};
+    OmScan rest[2];
+    const OmMeshSet* top = om_tet_mesh_find_set(&rig.twin.mesh, "top");
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(om_scan_init(top->nvert, 0, &rest[k]));
+        for (int i = 0; i < top->nvert; ++i) {
+            OmVec3 x = om_load3(rig.twin.mesh.x, top->vert[i]);
+            om_store3(rest[k].x, i, k ? om_add(x, om_vec3(0.004, 0, 0.012)) : x);
+        }
+        rest[k].has_camera = true;
+        rest[k].camera = acq[k].scan.camera;
+        acq[k].rest = &rest[k];
+    }
+    assert_ok(om_match_update(rig.match, 1, acq, NULL, &one));
+    assert_ok(om_match_update(rig.match, 2, acq, NULL, &two));
+    assert_true(one.is_accepted && two.is_accepted);
+    assert_true(two.verdict[0].is_good && !two.verdict[1].is_good);
+    assert_int_equal(two.verdict[1].cause, OM_MATCH_MOVED);
+    assert_near(two.verdict[1].shift, 0.012,
+                0.003);  // along the sheet a shift shows at its border alone
+    assert_memory_equal(one.attached, two.attached, (size_t)one.nvert);
+    assert_memory_equal(one.probability, two.probability, (size_t)one.nvert * sizeof(double));
+    assert_memory_equal(one.x, two.x, 3 * (size_t)one.nnode * sizeof(double));
+    om_match_estimate_done(&one);
+    om_match_estimate_done(&two);
+    const OmAcquisition swapped[2] = {acq[1], acq[0]};  // the wrong one first
+    assert_ok(om_match_update(rig.match, 2, swapped, NULL, &two));
+    assert_true(two.is_accepted && !two.verdict[0].is_good && two.verdict[1].is_good);
+    om_match_estimate_done(&two);
+    assert_ok(
+        om_match_update(rig.match, 1, swapped, NULL, &two));  // alone: refused, with its reason
+    assert_false(two.is_accepted);
+    assert_non_null(strstr(two.reason, "calibrate the camera"));
+    om_match_estimate_done(&two);
+    om_scan_done(&rest[0]);
+    om_scan_done(&rest[1]);
     end(&rig);
 }
 
@@ -328,6 +374,7 @@ int main(void) {
                                        cmocka_unit_test(test_refusals),
                                        cmocka_unit_test(test_advice),
                                        cmocka_unit_test(test_sets),
+                                       cmocka_unit_test(test_one_is_left_out),
                                        cmocka_unit_test(test_memory),
                                        cmocka_unit_test(test_workers),
                                        cmocka_unit_test(test_what_lies_before_the_tissue)};
