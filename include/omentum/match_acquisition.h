@@ -33,11 +33,11 @@ typedef struct OmAcquisitionFile {  // the keys of a file, in SI
     char rest[512];                 // cloud of the tissue before the tools moved it; "": none
     int frame_index;                // of the series, from 0
     int rest_frame;  // of the series; -1 (default): the first grasp_frame, when the jaw closed; none: no such tool
-    int grasp_frame[OM_MAX_ARM];    // frame in which the jaw closed; -1: `grasp` has the poses
-    OmMeshFrame frame;  // of the cloud; zero: as the cloud says, else millimetres and RAS
-    int registered;     // OmRegistered; default OM_REGISTERED_YES
-    double time;        // s; default 0
-    double noise;       // m, of a point along its ray; default 0: not known
+    int grasp_frame[OM_MAX_ARM];  // frame in which the jaw closed; -1: `grasp` has the poses
+    OmMeshFrame frame;            // of the cloud; zero: as the cloud says, else millimetres and RAS
+    int registered;               // OmRegistered; default OM_REGISTERED_YES
+    double time;                  // s; default 0
+    double noise;                 // m, of a point along its ray; default 0: not known
     bool has_camera;
     OmCamera camera;
     int ngrasp;

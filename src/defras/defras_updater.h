@@ -31,7 +31,7 @@ struct OmUpdater {
     int nnode;         // of the twin, see om_body_get_nodes; 0 before the first grasp
 
     // of the present loop
-    OmScan rest;    // of the first picture, before any arm grasped; no pixels: none
+    OmScan rest;  // of the first picture, before any arm grasped; no pixels: none
     HeldGrasp grasp[OM_MAX_ARM];
     int ngrasp, ntaken, nestimate;
     Taken* kept[OM_UPDATE_MAX_KEEP];  // oldest first

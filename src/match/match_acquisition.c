@@ -442,8 +442,8 @@ OmStatus om_acquisition_save(const OmAcquisition* acquisition, const char* path)
     if (acquisition->rest) OM_TRY(om_scan_save(acquisition->rest, rest, frame));
     const char *slash = strrchr(cloud, '/'), *rest_slash = strrchr(rest, '/');
     OmText text = {0};
-    OmStatus status = add_keys(&text, acquisition, slash ? slash + 1 : cloud,
-                               rest_slash ? rest_slash + 1 : rest);
+    OmStatus status =
+        add_keys(&text, acquisition, slash ? slash + 1 : cloud, rest_slash ? rest_slash + 1 : rest);
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     om_text_done(&text);
     return status;

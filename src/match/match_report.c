@@ -329,8 +329,8 @@ static void add_acquisitions(const OmMatchReport* r, OmReport* page) {
 
 // What was found out about each acquisition.
 static void add_verdicts(const OmMatchReport* r, OmReport* page) {
-    static const char* const heading[] = {"acquisition", "used",   "at rest, chi-square",
-                                          "mean, mm",    "remark"};
+    static const char* const heading[] = {"acquisition", "used", "at rest, chi-square", "mean, mm",
+                                          "remark"};
     const OmMatchEstimate* e = r->estimate;
     if (!e || !e->verdict) return;
     om_report_heading(page, "Whether each acquisition can be trusted");
@@ -364,16 +364,11 @@ static void add_verdicts(const OmMatchReport* r, OmReport* page) {
 static void add_times(const OmMatchReport* r, OmReport* page) {
     static const char* const heading[] = {"stage", "ms"};
     const OmMatchEstimate* e = r->estimate;
-    const char* const stage[] = {"read files",
-                                 "build the twin",
-                                 "register",
-                                 "judge the acquisitions",
-                                 "fit to the cloud",
-                                 "infer attachments",
-                                 "check the result"};
-    const double ms[] = {r->load_ms,         r->build_ms,
-                         r->register_ms,     e ? e->judge_ms : 0,
-                         e ? e->fit_ms : 0,  e ? e->infer_ms : 0,
+    const char* const stage[] = {
+        "read files",       "build the twin",    "register",        "judge the acquisitions",
+        "fit to the cloud", "infer attachments", "check the result"};
+    const double ms[] = {r->load_ms,          r->build_ms,       r->register_ms,
+                         e ? e->judge_ms : 0, e ? e->fit_ms : 0, e ? e->infer_ms : 0,
                          e ? e->check_ms : 0};
     Cells c = {.n = 0};
     for (int i = 0; i < 7; ++i) {
