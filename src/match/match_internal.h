@@ -30,8 +30,8 @@ struct OmMatch {
     double* area;       // of candidates
     double* vert_area;  // share of the boundary of each vertex of the mesh
     double* spring;     // scratch: of each vertex of the mesh
-    double*
-        x_rest;  // at rest under its weight, by om__match_rest_shape; null: not yet  (nvert x 3)
+    // at rest under its weight, by om__match_rest_shape; null: not yet            (nvert x 3)
+    double* x_rest;
     OmFemSolid* solid;
     OmFemSolid* projected;  // the same, with tangents projected element by element
     OmBsr A;

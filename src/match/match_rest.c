@@ -21,8 +21,8 @@
 #define TOLERANCE 1e-5  // m
 #define ARMIJO 1e-4
 #define MAX_BACKTRACK 12
-// Support of tissue without attachments, over the stiffness of an attachment. On a kidney, fat sags by 2 mm then, as the
-// settled body does.
+// Support of tissue without attachments, over the stiffness of an attachment. On a kidney, fat sags by 2 mm then, as
+// the settled body does.
 #define SUPPORT 0.0002
 #define MAX_STEP 1.0  // edges that a vertex moves in an iteration
 #define MAX_SHIFT 4   // attempts with a shift
