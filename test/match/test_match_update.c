@@ -1,6 +1,7 @@
 // test_match_update.c: attachments found again from scans of another, finer and softer body.
 #include "test_common.h"
 
+#include "match/match_internal.h"
 #include "match/match_lift.h"
 #include "test_alloc.h"
 
@@ -257,6 +258,67 @@ static void test_memory(void** state) {
     end(&rig);
 }
 
+// A twin without attachments, and advice that agrees: tissue that stayed although the twin moved it is attached.
+static void test_the_present_set_gains(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    const int nvert = rig.twin.mesh.nvert;
+    unsigned char *none = calloc((size_t)nvert, 1), *truth = malloc((size_t)nvert);
+    double* p = malloc((size_t)nvert * sizeof *p);
+    mark_true(&rig, truth);
+    for (int v = 0; v < nvert; ++v) p[v] = 0.02;
+    OmMatchAdvice advice = {.probability = p, .weight = 1, .present = none};
+    OmMatchEstimate e;
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e));
+    int nright = 0, nwrong = 0;
+    for (int v = 0; v < nvert; ++v) {
+        nright += e.attached[v] && truth[v];
+        nwrong += e.attached[v] && !truth[v];
+    }
+    printf("gained: choice %d, %d attached in truth, %d not\n", e.choice, nright, nwrong);
+    assert_true(e.is_accepted && e.choice == 2 && nright > 5);
+    om_match_estimate_done(&e);
+    free(none);
+    free(truth);
+    free(p);
+    end(&rig);
+}
+
+// Tissue that the scan shows 3 mm above its place is not at rest.
+static void test_what_counts_as_still(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmAcquisition a = rig.acq[0];
+    const OmMeshSet* top = om_tet_mesh_find_set(&rig.twin.mesh, "top");
+    OmScan scan;
+    assert_ok(om_scan_init(top->nvert, 0, &scan));
+    scan.has_camera = true;
+    scan.camera = a.scan.camera;
+    for (int i = 0; i < top->nvert; ++i) {
+        OmVec3 x = om_load3(rig.twin.mesh.x, top->vert[i]);
+        x.z += x.x < 0 ? 0.003 : 0.0008;
+        om_store3(scan.x, i, x);
+    }
+    a.scan = scan;
+    MatchTrier trier;
+    MatchEvidence evidence;
+    assert_ok(om__match_trier_begin(rig.match, 1, &a, &trier));
+    assert_ok(om__match_evidence_begin(&trier, &evidence));
+    assert_ok(om__match_find_evidence(&evidence, NULL));
+    for (int i = 0; i < rig.view->ncandidate; ++i) {
+        OmVec3 x = om_load3(rig.view->mesh->x, rig.view->candidate[i]);
+        const bool is_resting = evidence.status[i] == 1;
+        if (x.x < -0.02) assert_false(is_resting);
+        if (x.x > 0.02 && fabs(x.x) < 0.055 && fabs(x.y) < 0.055) assert_true(is_resting);
+    }
+    om__match_evidence_done(&evidence);
+    om__match_trier_done(&trier);
+    om_scan_done(&scan);
+    end(&rig);
+}
+
 // Of two acquisitions, one whose camera has moved since the other is left out, and the estimate is that of the other.
 static void test_one_is_left_out(void** state) {
     (void)state;
@@ -374,6 +436,8 @@ int main(void) {
                                        cmocka_unit_test(test_refusals),
                                        cmocka_unit_test(test_advice),
                                        cmocka_unit_test(test_sets),
+                                       cmocka_unit_test(test_the_present_set_gains),
+                                       cmocka_unit_test(test_what_counts_as_still),
                                        cmocka_unit_test(test_one_is_left_out),
                                        cmocka_unit_test(test_memory),
                                        cmocka_unit_test(test_workers),
