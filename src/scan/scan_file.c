@@ -188,10 +188,12 @@ OmStatus om_scan_check_model(const OmScan* scan, const OmSurface* model, double 
     fit->ratio = diagonal(a) / size;
     fit->gap = gap_of(a, b);
     OM_TRY(check_size(fit->ratio, diagonal(a), size));
-    OM_CHECK(
-        fit->gap <= reach, OM_INVALID,
-        "the scan lies %.1f mm away from the model, and %.1f mm are expected at most: its pose "
-        "or its space (RAS, LPS) is another one; state it, or register the scan",
-        1e3 * fit->gap, 1e3 * reach);
+    OmVec3 p = om_lerp(a.lo, a.hi, 0.5), q = om_lerp(b.lo, b.hi, 0.5);
+    OM_CHECK(fit->gap <= reach, OM_INVALID,
+             "the scan lies %.1f mm away from the model, and %.1f mm are expected at most (middles "
+             "at (%.0f, %.0f, %.0f) and (%.0f, %.0f, %.0f) mm): its unit, its pose or its space "
+             "(RAS, LPS) is another one; state it, or register the scan",
+             1e3 * fit->gap, 1e3 * reach, 1e3 * p.x, 1e3 * p.y, 1e3 * p.z, 1e3 * q.x, 1e3 * q.y,
+             1e3 * q.z);
     return OM_OK;
 }
