@@ -175,6 +175,7 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
     if (!t) return OM_NO_MEMORY;
     t->nref = 1;
     t->data.time = time;
+    t->data.rest = u->rest.pixel ? &u->rest : NULL;  // as long as the updater's loop
     OM_TRY_DONE(copy_grasps(u, tip, t));
     OM_ALLOC_DONE(t->x_twin, 3 * (size_t)u->nnode);
     om_body_get_nodes(twin, t->x_twin);
@@ -206,7 +207,6 @@ OmStatus om__updater_start(OmUpdater* u, int tick, double time) {
         u->given[i] = u->kept[i];
         ++u->given[i]->nref;
         u->acquisition[i] = u->given[i]->data;
-        u->acquisition[i].rest = u->rest.pixel ? &u->rest : NULL;
     }
     u->ngiven = u->nkept;
     u->estimate = (OmMatchEstimate){0};

@@ -190,11 +190,12 @@ static double find_fixed(const MatchJudge* j, OmVec3 x, OmVec3* n, int* patch) {
     return fmin(fmax(gap, -REACH), REACH);
 }
 
+// Triangles that face the camera, or without one up, away from board and organ.
 static void mark_facing(MatchJudge* j, const MatchGuess* g) {
-    const OmSurface* s = &j->match->surface;
-    for (int t = 0; t < s->ntri; ++t) {
-        OmVec3 ray = om_sub(g->pose.p, om_load3(j->center_of, t));
-        j->use[t] = !j->scan->has_camera || om_dot(ray, om_load3(j->normal, t)) > 0;
+    const OmVec3 up = om_quat_rotate(j->match->def.site->pose_world_task.q, om_vec3(0, 0, 1));
+    for (int t = 0; t < j->match->surface.ntri; ++t) {
+        OmVec3 ray = j->scan->has_camera ? om_sub(g->pose.p, om_load3(j->center_of, t)) : up;
+        j->use[t] = om_dot(ray, om_load3(j->normal, t)) > 0;
     }
 }
 
