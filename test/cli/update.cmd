@@ -3,6 +3,7 @@ write small.yaml
     name: small
     tissue:
       source: sheet
+      element: linear
       cells: [8, 8, 1]
       world_cells: [12, 12, 1]
     attachments:
