@@ -97,7 +97,6 @@ static OmStatus update(const Bench* b, int n, const Shown* shown, TrustUpdate* u
     if (status == OM_OK) take_estimate(b, n, &estimate, u);
     om_match_estimate_done(&estimate);
     for (int k = 0; k < made; ++k) {
-        acquisition[k].rest = NULL;  // not on the heap
         om_acquisition_done(&acquisition[k]);
         om_scan_done(&rest[k]);
     }

@@ -7,7 +7,7 @@
 
 #define TRUST_MAX_NODE 512  // of the twin's underside
 // Raise it with every change of the method: results in folders are then made anew.
-#define TRUST_METHOD 1
+#define TRUST_METHOD 2
 #define TRUST_QUICK_TRUTHS 4
 
 typedef struct TrustUpdate {

@@ -155,6 +155,8 @@ typedef struct OmAcquisition {
     OmScan scan;
     // The tissue before the tools moved it, by the same camera; null: not known. Errors of a camera show here.
     const OmScan* rest;
+    OmScan*
+        owned_rest;  // of om_acquisition_load, then also `rest`; om_acquisition_done frees it. Else null
     int ngrasp;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double time;  // s
@@ -213,7 +215,8 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     int nacquisition;
     // On each acquisition. One that is not good is left out.                (nacquisition)
     OmMatchVerdict* verdict;
-    double* x;  // the twin at rest with these attachments, m  (nacquisition x nnode x 3)
+    // The twin at rest with these attachments, m; of an acquisition that was left out: as given, or the mesh at rest.
+    double* x;  // (nacquisition x nnode x 3)
     // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
     // than before, whether attachments explain the scan or not
     bool has_shape;
@@ -261,6 +264,10 @@ OM_API OmStatus om_match_update_with(OmMatch* match, int nacquisition,
                                      const OmAcquisition* acquisition, const OmMatchAdvice* advice,
                                      const OmProgress* progress, OmMatchEstimate* estimate);
 OM_API void om_match_estimate_done(OmMatchEstimate* estimate);
+/// Judge one acquisition before any fit, as an update does; with OmMatchDef.is_unchecked it is good.
+/// @return OM_OK (the verdict says whether it is good); OM_INVALID (an acquisition that is not valid); OM_NO_MEMORY
+OM_API OmStatus om_match_judge(OmMatch* match, const OmAcquisition* acquisition,
+                               OmMatchVerdict* verdict);
 
 typedef struct OmMatchTrial {
     double median, p90;  // m, distances of scan points from the twin

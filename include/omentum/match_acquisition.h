@@ -59,7 +59,7 @@ OM_API OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcqu
 OM_API OmStatus om_acquisition_save(const OmAcquisition* acquisition, const char* path);
 /// Free what om_acquisition_load made: the scan and the scan at rest.
 OM_API void om_acquisition_done(OmAcquisition* acquisition);
-/// Move scans, cameras and tools to another frame; `x_twin` stays.
+/// Move scan, camera, tools and owned_rest to another frame; `x_twin` stays, and a borrowed `rest`.
 OM_API void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old);
 /// Append a complete file with the meaning of every key.
 /// @return OM_OK; OM_NO_MEMORY

@@ -295,6 +295,12 @@ static OmStatus add_view(Work* w, int a) {
     const OmMatchView* view = u->view;
     size_t nvert = (size_t)view->mesh->nvert;
     bool is_lost = true;
+    OmMatchVerdict verdict;
+    OM_TRY(om_match_judge(u->def.match, &w->acq[a], &verdict));
+    if (!verdict.is_good && !w->advice->reason[0])
+        snprintf(w->advice->reason, sizeof w->advice->reason, "acquisition %d: %.200s", a,
+                 verdict.reason);
+    if (!verdict.is_good) return OM_OK;  // the network believes it no more than physics does
     OM_TRY(find_displacement(w, a, &is_lost));
     if (is_lost) return OM_OK;
     double begin = om_clock_now();

@@ -219,9 +219,15 @@ OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
     if (status == OM_OK && k->series[0] && k->camera.width > 0)
         status = om_error(OM_INVALID, "%s: camera: a series has its own", name);
     if (status == OM_OK && k->series[0] && k->rest[0])
-        status = om_error(OM_INVALID, "%s: rest: of a series name a frame, rest_frame", name);
+        status = om_error(
+            OM_INVALID,
+            "%s: rest is of a cloud; of a series, name the frame of the tissue at rest: rest_frame: N",
+            name);
     if (status == OM_OK && k->cloud[0] && k->rest_frame >= 0)
-        status = om_error(OM_INVALID, "%s: rest_frame: of a cloud name another cloud, rest", name);
+        status = om_error(
+            OM_INVALID,
+            "%s: rest_frame is of a series; of a cloud, name the cloud of the tissue at rest: rest: FILE",
+            name);
     memcpy(file->series, k->series, sizeof file->series);
     if (status == OM_OK) status = set_grasps(k, name, file);
     if (status == OM_OK) status = set_camera(&k->camera, name, file);
@@ -269,7 +275,7 @@ static OmStatus load_cloud(const OmAcquisitionFile* file, const char* name, OmSc
 static OmStatus add_rest(OmAcquisition* a, OmScan** rest) {
     *rest = om_calloc(1, sizeof **rest);
     if (!*rest) return OM_NO_MEMORY;
-    a->rest = *rest;
+    a->rest = a->owned_rest = *rest;
     return OM_OK;
 }
 
@@ -356,11 +362,8 @@ OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcquisition
 void om_acquisition_done(OmAcquisition* acquisition) {
     if (!acquisition) return;
     om_scan_done(&acquisition->scan);
-    if (acquisition->rest) {
-        OmScan* rest = (OmScan*)(uintptr_t)acquisition->rest;
-        om_scan_done(rest);
-        om_free(rest);
-    }
+    om_scan_done(acquisition->owned_rest);
+    om_free(acquisition->owned_rest);
     memset(acquisition, 0, sizeof *acquisition);
 }
 
@@ -374,7 +377,7 @@ static void move_scan(OmPose pose_new_old, OmScan* scan) {
 
 void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old) {
     move_scan(pose_new_old, &acquisition->scan);
-    if (acquisition->rest) move_scan(pose_new_old, (OmScan*)(uintptr_t)acquisition->rest);
+    if (acquisition->owned_rest) move_scan(pose_new_old, acquisition->owned_rest);
     for (int i = 0; i < acquisition->ngrasp; ++i) {
         OmMatchGrasp* grasp = &acquisition->grasp[i];
         grasp->pose_world_grasp = om_pose_mul(pose_new_old, grasp->pose_world_grasp);

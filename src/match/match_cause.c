@@ -83,6 +83,17 @@ static void try_units(MatchJudge* j, const MatchGuess* stated, Found* best) {
     }
 }
 
+// All but a motion.
+static void try_settings(MatchJudge* j, const MatchGuess* stated, Found* best) {
+    MatchGuess g = *stated;
+    g.is_range = true;
+    offer(j, OM_MATCH_RANGE, &g, 0, best);
+    try_ratio(j, stated, OM_MATCH_FOCAL, best);
+    try_ratio(j, stated, OM_MATCH_SCALE, best);
+    try_units(j, stated, best);
+    try_poses(j, stated, best);
+}
+
 // ---- words ----------------------------------------------------------------------------------------------------------
 
 const char* om_match_cause_name(OmMatchCause cause) {
@@ -233,14 +244,8 @@ OmStatus om__judge_find_cause(MatchJudge* j, const MatchGuess* stated, OmMatchVe
     Found best = {.cause = OM_MATCH_UNKNOWN, .cost = HUGE_VAL};
     double explained, now = om__judge_measure(j, stated, &explained);
     best.cost = CLEARLY * now;
+    try_settings(j, stated, &best);
     MatchGuess g = *stated;
-    g.is_range = true;
-    offer(j, OM_MATCH_RANGE, &g, 0, &best);
-    try_ratio(j, stated, OM_MATCH_FOCAL, &best);
-    try_ratio(j, stated, OM_MATCH_SCALE, &best);
-    try_units(j, stated, &best);
-    try_poses(j, stated, &best);
-    g = *stated;
     for (double scale = 80; scale > 1; scale /= 2)
         om__judge_fit_rigid(j, &g, stated, scale, 0, NULL);
     offer(j, OM_MATCH_MOVED, &g, SIX_UNKNOWNS, &best);
@@ -272,13 +277,7 @@ OmStatus om__judge_empty(MatchJudge* j, OmMatchVerdict* v) {
     double explained;
     Found best = {.cause = OM_MATCH_UNKNOWN,
                   .cost = CLEARLY * om__judge_measure(j, &stated, &explained)};
-    MatchGuess g = stated;
-    g.is_range = true;
-    offer(j, OM_MATCH_RANGE, &g, 0, &best);
-    try_ratio(j, &stated, OM_MATCH_FOCAL, &best);
-    try_ratio(j, &stated, OM_MATCH_SCALE, &best);
-    try_units(j, &stated, &best);
-    try_poses(j, &stated, &best);
+    try_settings(j, &stated, &best);
     if (best.cause != OM_MATCH_UNKNOWN && best.explained >= EXPLAINED)
         name_cause(j, &stated, &best, v);
     else if (explained < EXPLAINED)

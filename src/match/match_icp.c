@@ -318,8 +318,7 @@ static double sum_pairs(const OmIcp* icp, const OmIcpFit* fit, double g[6], doub
     return sum * scale;
 }
 
-// Solve (H + damping 1) u = b by Cholesky; the damping makes every pivot positive.
-static void solve6(double H[6][6], double damping, const double b[6], double u[6]) {
+void om__solve6(double H[6][6], double damping, const double b[6], double u[6]) {
     double L[6][6];
     for (int i = 0; i < 6; ++i)
         for (int j = 0; j <= i; ++j) {
@@ -367,7 +366,7 @@ void om__icp_run(OmIcp* icp, int npoint, int max_iteration, double tolerance, Om
         last = now.cost;
         double g[6], H[6][6], u[6];
         sum_pairs(icp, &now, g, H);
-        solve6(H, damping, g, u);
+        om__solve6(H, damping, g, u);
         if (move_pose(icp, u, &now.pose) < tolerance) break;
     }
     best.niteration = fit->niteration;
@@ -430,7 +429,7 @@ static void leave_out(const BlockSums* s, int b, double u[6]) {
         for (int j = 0; j < 6; ++j) H[i][j] = s->H[NBLOCK][i][j] - s->H[b][i][j];
         trace += H[i][i];
     }
-    solve6(H, fmax(1e-9 * trace, 1e-12 * fmax(s->n[NBLOCK], 1)), g, u);  // H may be zero
+    om__solve6(H, fmax(1e-9 * trace, 1e-12 * fmax(s->n[NBLOCK], 1)), g, u);  // H may be zero
 }
 
 static OmMat3 block_of(double C[6][6], int at, double scale) {
@@ -451,7 +450,7 @@ OmStatus om__icp_covariance(const OmIcp* icp, const OmIcpFit* fit, OmMat3* turn,
     for (int k = 0; k < 6; ++k) {                               // independent errors of variance s2
         double e[6] = {0};
         e[k] = s2;
-        solve6(s.H[NBLOCK], 1e-12 * fmax(s.n[NBLOCK], 1), e, C[k]);
+        om__solve6(s.H[NBLOCK], 1e-12 * fmax(s.n[NBLOCK], 1), e, C[k]);
     }
     for (int b = 0; b < NBLOCK; ++b) {
         leave_out(&s, b, u[b]);

@@ -52,6 +52,8 @@ void om__icp_done(OmIcp* icp);
 OmStatus om__icp_hide(OmIcp* icp, OmPose pose_model_scan);
 // Iterate from fit->pose with the first npoint points until the step is below `tolerance` m.
 void om__icp_run(OmIcp* icp, int npoint, int max_iteration, double tolerance, OmIcpFit* fit);
+// Solve (H + damping 1) u = b by Cholesky. Damping above 0 makes every pivot positive; 0: H is positive definite.
+void om__solve6(double H[6][6], double damping, const double b[6], double u[6]);
 // Covariances at a fit, for the points of the last run: of a turn (rad^2) and a shift (m^2) at the scan's centre, in
 // the frame of the model.
 OmStatus om__icp_covariance(const OmIcp* icp, const OmIcpFit* fit, OmMat3* turn, OmMat3* shift);

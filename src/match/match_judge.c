@@ -14,6 +14,8 @@
 
 #include <string.h>
 
+#include "match/match_icp.h"
+
 #define MODEL 0.0002       // m, error of the model's surface at rest
 #define SAG 0.5            // ... and of what its own weight moves it, this part: modulus, supports
 #define PIXEL 0.0005       // m, noise of a single pixel and error of board or organ
@@ -263,38 +265,12 @@ static double chi_square(const MatchJudge* j, bool only_fitting, int* npatch) {
 
 // ---- rigid motions --------------------------------------------------------------------------------------------------
 
-// Solve H u = b of a positive definite H by Cholesky; `inverse`: diagonal of its inverse.
-static void solve6(double H[6][6], const double b[6], double u[6], double inverse[6]) {
-    double L[6][6] = {{0}};
-    for (int i = 0; i < 6; ++i)
-        for (int k = 0; k <= i; ++k) {
-            double s = H[i][k];
-            for (int q = 0; q < k; ++q) s -= L[i][q] * L[k][q];
-            L[i][k] = i == k ? sqrt(fmax(s, 1e-12 * H[i][i])) : s / L[k][k];
-        }
-    for (int c = -1; c < 6; ++c) {
-        double y[6];
-        for (int i = 0; i < 6; ++i) {
-            y[i] = c < 0 ? b[i] : i == c;
-            for (int k = 0; k < i; ++k) y[i] -= L[i][k] * y[k];
-            y[i] /= L[i][i];
-        }
-        for (int i = 5; i >= 0; --i) {
-            for (int k = i + 1; k < 6; ++k) y[i] -= L[k][i] * y[k];
-            y[i] /= L[i][i];
-        }
-        if (c < 0)
-            memcpy(u, y, sizeof y);
-        else
-            inverse[c] = y[c];
-    }
-}
-
 void om__judge_fit_rigid(MatchJudge* j, MatchGuess* g, const MatchGuess* stated, double scale,
                          double weight, double sigma[2]) {
-    double inverse[6] = {0};
+    double H[6][6];
     for (int round = 0; round < MAX_ITERATION; ++round) {
-        double H[6][6] = {{0}}, b[6] = {0}, u[6] = {0};
+        double b[6] = {0}, u[6];
+        memset(H, 0, sizeof H);
         OmVec3 c = om__judge_place_of(g, j->center);
         om__judge_measure(j, g, NULL);
         for (int i = 0; i < j->nsample; ++i) {
@@ -324,7 +300,7 @@ void om__judge_fit_rigid(MatchJudge* j, MatchGuess* g, const MatchGuess* stated,
             H[a][a] += w;
             b[a] += weight * w * to[a];
         }
-        solve6(H, b, u, inverse);
+        om__solve6(H, 0, b, u);
         OmVec3 turn = om_vec3(u[0], u[1], u[2]);
         double angle = om_norm(turn), cut = angle > MAX_TURN ? MAX_TURN / angle : 1;
         if (angle > 0) {
@@ -338,8 +314,13 @@ void om__judge_fit_rigid(MatchJudge* j, MatchGuess* g, const MatchGuess* stated,
         if (angle * j->radius + om_norm(om_vec3(u[3], u[4], u[5])) < 1e-6) break;
     }
     if (!sigma) return;
-    sigma[0] = sqrt(fmax(inverse[0], fmax(inverse[1], inverse[2])));
-    sigma[1] = sqrt(fmax(inverse[3], fmax(inverse[4], inverse[5])));
+    sigma[0] = sigma[1] = 0;
+    for (int a = 0; a < 6; ++a) {  // the diagonal of the inverse
+        double e[6] = {0}, u[6];
+        e[a] = 1;
+        om__solve6(H, 0, e, u);
+        sigma[a / 3] = fmax(sigma[a / 3], sqrt(u[a]));
+    }
 }
 
 void om__judge_set_motion(const MatchJudge* j, const MatchGuess* stated, const MatchGuess* g,

@@ -531,6 +531,21 @@ OmStatus om_match_update_with(OmMatch* m, int nacq, const OmAcquisition* acq,
     return OM_OK;
 }
 
+OmStatus om_match_judge(OmMatch* m, const OmAcquisition* a, OmMatchVerdict* verdict) {
+    double* moved[2] = {NULL, NULL};
+    Job j = {.match = m, .moved = moved};
+    OmAcquisition one = *a;
+    *verdict = (OmMatchVerdict){.is_good = true, .pose_right_scan = om_pose_identity()};
+    OM_TRY(om__match_check_acquisition(m, a, 0));
+    if (m->def.is_unchecked) return OM_OK;
+    OmStatus status = om__match_judge_begin(m, &j.judge);
+    if (status == OM_OK) status = judge_one(&j, 0, &one, verdict);
+    om__match_judge_done(&j.judge);
+    om_free(moved[0]);
+    om_free(moved[1]);
+    return status;
+}
+
 OmStatus om_match_update(OmMatch* m, int nacq, const OmAcquisition* acq, const OmProgress* progress,
                          OmMatchEstimate* out) {
     return om_match_update_with(m, nacq, acq, NULL, progress, out);

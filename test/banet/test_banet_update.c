@@ -271,6 +271,20 @@ static void test_lost_one(void** state) {
     assert_true(count > 0);
     om_banet_advice_done(&both);
     om_banet_advice_done(&one);
+    // one of which the camera had moved before: the network does not see it, as if there were the other alone
+    OmAcquisition moved[2] = {rig.acq[0], rig.acq[0]};
+    OmScan rest = rig.acq[0].scan;
+    rest.x = malloc(3 * sizeof(double) * (size_t)rest.npoint);
+    for (int i = 0; i < 3 * rest.npoint; ++i)
+        rest.x[i] = rig.acq[0].scan.x[i] + (i % 3 == 2 ? 0.015 : 0);
+    moved[1].rest = &rest;
+    assert_ok(om_banet_update(updater, 2, moved, NULL, NULL, &both));
+    assert_ok(om_banet_update(updater, 1, moved, NULL, NULL, &one));
+    assert_true(both.nused == 1 && one.nused == 1 && both.reason[0]);
+    assert_memory_equal(both.probability, one.probability, n * sizeof *one.probability);
+    free(rest.x);
+    om_banet_advice_done(&both);
+    om_banet_advice_done(&one);
     // all of them lost: nothing
     assert_ok(om_banet_update(updater, 1, acq + 1, NULL, NULL, &one));
     assert_ok(om_banet_advice_intersect(&one, 0.8, a));
