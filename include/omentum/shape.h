@@ -78,6 +78,10 @@ OM_API OmStatus om_tet_mesh_bisect(OmTetMesh* mesh, int min_nvert);
 /// @param node  out: (ntet x 10), the caller frees it with om_free
 /// @return as om_tet_mesh_refine
 OM_API OmStatus om_tet_mesh_refine_nodes(OmTetMesh* mesh, int** node);
+/// The vertices at the ends of the edge of each midpoint of om_tet_mesh_refine_nodes.
+/// @param nvert  vertices of the old mesh: midpoints follow
+/// @param end    out                                                          (midpoints x 2)
+OM_API void om_tet_mesh_midpoint_ends(int ntet, const int* node, int nvert, int* end);
 /// Check indices, finite positions, positive volumes; the message names the first offender.
 /// @return OM_OK; OM_INVALID (the message names the element or vertex)
 OM_API OmStatus om_tet_mesh_validate(const OmTetMesh* mesh);

@@ -66,7 +66,6 @@ static OmStatus check_def(const OmMatchDef* def) {
 
 // The mesh with a vertex for each node.
 static OmStatus make_mesh(OmMatch* m, bool is_quadratic) {
-    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
     int* node = NULL;
     OM_TRY(om_tet_mesh_copy(&m->def.site->mesh, &m->mesh));
     m->ncorner = m->mesh.nvert;
@@ -75,11 +74,7 @@ static OmStatus make_mesh(OmMatch* m, bool is_quadratic) {
     OmStatus status = om_tet_mesh_refine_nodes(&m->mesh, &node);
     if (status < 0) return status;
     m->mid_end = om_alloc(2 * (size_t)(m->mesh.nvert - m->ncorner), sizeof *m->mid_end);
-    for (int e = 0; m->mid_end && e < nelem; ++e)
-        for (int k = 0; k < 6; ++k)
-            for (int side = 0; side < 2; ++side)
-                m->mid_end[2 * (node[10 * e + 4 + k] - m->ncorner) + side] =
-                    node[10 * e + edge[k][side]];
+    if (m->mid_end) om_tet_mesh_midpoint_ends(nelem, node, m->ncorner, m->mid_end);
     om_free(node);
     return m->mid_end ? OM_OK : OM_NO_MEMORY;
 }

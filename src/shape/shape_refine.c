@@ -121,3 +121,11 @@ done:
     om_free(edge);
     return status;
 }
+
+void om_tet_mesh_midpoint_ends(int ntet, const int* node, int nvert, int* end) {
+    for (int t = 0; t < ntet; ++t)
+        for (int k = 0; k < 6; ++k)
+            for (int side = 0; side < 2; ++side)
+                end[2 * (node[10 * t + 4 + k] - nvert) + side] =
+                    node[10 * t + om__tet_edge[k][side]];
+}

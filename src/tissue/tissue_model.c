@@ -223,14 +223,8 @@ static OmStatus set_stiffness(OmTissueModel* m, const double* springs) {
 }
 
 static OmStatus find_ends(OmTissueModel* m) {
-    static const int edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
     OM_ALLOC(m->mid_end, 2 * (size_t)(m->mesh.nvert - m->ncorner));
-    for (int e = 0; e < m->nelem; ++e) {
-        const int* node = m->elem_node + 10 * (size_t)e;
-        for (int k = 0; k < 6; ++k)
-            for (int side = 0; side < 2; ++side)
-                m->mid_end[2 * (node[4 + k] - m->ncorner) + side] = node[edge[k][side]];
-    }
+    om_tet_mesh_midpoint_ends(m->nelem, m->elem_node, m->ncorner, m->mid_end);
     return OM_OK;
 }
 

@@ -6,6 +6,7 @@
 
 #include "linear_sheet.h"
 #include "omentum/scene.h"
+#include "omentum/sense.h"
 
 // A sheet of n x n x 1 cells; its underside is attached where x is below -20 mm.
 static inline void build_sheet(int n, OmScene* scene, OmSite* site) {
@@ -16,6 +17,17 @@ static inline void build_sheet(int n, OmScene* scene, OmSite* site) {
     scene->roi.is_random = false;
     scene->roi.center = om_vec3(0.03, 0, 0);
     assert_ok(om_site_build(scene, OM_SITE_TWIN, NULL, site));
+}
+
+// A camera that looks at the origin.
+static inline OmCamera camera_at(OmVec3 eye) {
+    OmPose pose = om_pose_look_at(eye, om_vec3(0, 0, 0), om_vec3(0, 1, 0));
+    return (OmCamera){.pose_world_camera = pose,
+                      .width = 320,
+                      .height = 240,
+                      .fov = 0.6,
+                      .near_m = 0.01,
+                      .far_m = 2};
 }
 
 #endif

@@ -83,19 +83,9 @@ static void bend_rig(Rig* rig, double angle, double twin_angle) {
     };
 }
 
-static OmCamera camera_above(void) {
-    OmPose pose = om_pose_look_at(om_vec3(0, 0, 0.3), om_vec3(0, 0, 0), om_vec3(0, 1, 0));
-    return (OmCamera){.pose_world_camera = pose,
-                      .width = 320,
-                      .height = 240,
-                      .fov = 0.6,
-                      .near_m = 0.01,
-                      .far_m = 2};
-}
-
 // Keep what a camera above sees of the sheet bent by `angle`, by rays.
 static void see(Rig* rig, double angle) {
-    const OmCamera camera = camera_above();
+    const OmCamera camera = camera_at(om_vec3(0, 0, 0.3));
     size_t npixel = (size_t)camera.width * (size_t)camera.height;
     OmSurface s;
     OmSenseScene* scene;
@@ -289,7 +279,7 @@ static void test_hidden(void** state) {
     begin(&rig, 8, 400, 1);
     bend_rig(&rig, 0, 0);
     rig.scan.has_camera = true;
-    rig.scan.camera = camera_above();
+    rig.scan.camera = camera_at(om_vec3(0, 0, 0.3));
     size_t npixel = 320 * 240;
     rig.scan.pixel = om_alloc(npixel, 1);
     memset(rig.scan.pixel, OM_SCAN_TOOL, npixel);
@@ -320,7 +310,7 @@ static void test_visible(void** state) {
     begin(&rig, 16, 0, 1);
     bend_rig(&rig, 3, 3);  // folded over: the right part lies above the left one
     rig.scan.has_camera = true;
-    rig.scan.camera = camera_above();
+    rig.scan.camera = camera_at(om_vec3(0, 0, 0.3));
     const OmSurface* s = rig.view->surface;
     double* xs = malloc(sizeof *xs * 3 * (size_t)s->nvert);
     unsigned char* use = malloc((size_t)s->ntri);

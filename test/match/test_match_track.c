@@ -22,16 +22,6 @@ typedef struct Rig {
     OmPicture color;
 } Rig;
 
-static OmCamera camera_above(void) {
-    OmPose pose = om_pose_look_at(om_vec3(0.06, 0, 0.29), om_vec3(0, 0, 0), om_vec3(0, 1, 0));
-    return (OmCamera){.pose_world_camera = pose,
-                      .width = 320,
-                      .height = 240,
-                      .fov = 0.6,
-                      .near_m = 0.01,
-                      .far_m = 2};
-}
-
 static void add_sheet_and_board(Rig* r) {
     OmSenseLook look = om_sense_look(OM_PART_TISSUE), wood = om_sense_look(OM_PART_BOARD);
     OmSurface board;
@@ -57,7 +47,7 @@ static void begin(Rig* r, int n) {
     OmMatchTrackerDef follow = om_match_tracker_default_def(r->match);
     assert_ok(om_match_tracker_create(&follow, &r->tracker));
     r->view = om_match_view(r->match);
-    r->camera = camera_above();
+    r->camera = camera_at(om_vec3(0.06, 0, 0.29));
     size_t nx = 3 * (size_t)r->view->mesh->nvert;
     r->x = malloc(sizeof(double) * nx);
     memcpy(r->x, r->view->mesh->x, sizeof(double) * nx);
