@@ -155,8 +155,8 @@ typedef struct OmAcquisition {
     OmScan scan;
     // The tissue before the tools moved it, by the same camera; null: not known. Errors of a camera show here.
     const OmScan* rest;
-    OmScan*
-        owned_rest;  // of om_acquisition_load, then also `rest`; om_acquisition_done frees it. Else null
+    // of om_acquisition_load, then also `rest`; om_acquisition_done frees it; else null
+    OmScan* owned_rest;
     int ngrasp;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double time;  // s
