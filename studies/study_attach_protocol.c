@@ -55,11 +55,12 @@ AttachModelDef om__attach_model_default_def(const OmTetMesh* mesh, OmMaterial ma
 
 static double mean_edge(const OmFemMesh* m) {
     double sum = 0;
-    for (int e = 0; e < m->nelem; ++e)
+    for (int e = 0; e < m->nelem; ++e) {
+        const int* node = m->elem_node + (size_t)m->nelem_node * (size_t)e;
         for (int a = 0; a < 4; ++a)
             for (int b = 0; b < a; ++b)
-                sum += om_distance(om_load3(m->x, m->elem_node[4 * e + a]),
-                                   om_load3(m->x, m->elem_node[4 * e + b]));
+                sum += om_distance(om_load3(m->x, node[a]), om_load3(m->x, node[b]));
+    }
     return sum / (6.0 * m->nelem);  // om_fem_mesh_from_tet refuses an empty mesh
 }
 
@@ -68,7 +69,7 @@ OmStatus om__attach_model_create(const AttachModelDef* def, AttachModel** out) {
     OmStatus status = OM_OK;
     AttachModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
-    OM_TRY_DONE(om_fem_mesh_from_tet(def->mesh, OM_TET4, &m->mesh));
+    OM_TRY_DONE(om_fem_mesh_from_nodes(def->mesh, def->node, &m->mesh));
     memset(m->mesh.elem_material, 0, (size_t)m->mesh.nelem * sizeof *m->mesh.elem_material);
     OmFemDef solid = om_fem_default_def(&m->mesh, 1, &def->material);
     solid.density = &def->density;
@@ -91,6 +92,21 @@ OmStatus om__attach_model_create(const AttachModelDef* def, AttachModel** out) {
     *out = m;
 done:
     if (status < 0) om__attach_model_destroy(m);
+    return status;
+}
+
+OmStatus om__attach_model_create_bending(const OmTetMesh* mesh, OmMaterial material,
+                                         AttachModel** out) {
+    OmTetMesh fine;
+    int* node = NULL;
+    *out = NULL;
+    OM_TRY(om_tet_mesh_copy(mesh, &fine));
+    OmStatus status = om_tet_mesh_refine_nodes(&fine, &node);
+    AttachModelDef def = om__attach_model_default_def(&fine, material);
+    def.node = node;
+    if (status == OM_OK) status = om__attach_model_create(&def, out);
+    om_free(node);
+    om_tet_mesh_done(&fine);
     return status;
 }
 

@@ -18,7 +18,10 @@
 // ---- the deformed body ------------------------------------------------------------------------------
 
 typedef struct AttachModelDef {  // made by om__attach_model_default_def
-    const OmTetMesh* mesh;       // borrowed until create returns
+    // Borrowed until create returns. Of quadratic elements its vertices are the nodes, as in om_fem_mesh_from_nodes.
+    const OmTetMesh* mesh;
+    // Nodes of each element (mesh->ntet / 8 x 10), borrowed likewise; null (default): linear elements.
+    const int* node;
     OmMaterial material;
     // m/s^2; default none, as in the thesis. Attached vertices stay where the mesh has them
     OmVec3 gravity;
@@ -51,6 +54,9 @@ typedef struct AttachModel AttachModel;
 
 AttachModelDef om__attach_model_default_def(const OmTetMesh* mesh, OmMaterial material);
 OmStatus om__attach_model_create(const AttachModelDef* def, AttachModel** model);
+// Quadratic elements with the tetrahedra of `mesh`; nodes have the numbers of OmMatchView.mesh.
+OmStatus om__attach_model_create_bending(const OmTetMesh* mesh, OmMaterial material,
+                                         AttachModel** model);
 void om__attach_model_destroy(AttachModel* model);
 // x: out, m (nvert x 3). OM_OK, also if not converged: `solve` says so. OM_INVALID: no vertex is grasped, or an index
 // or a goal is not valid; OM_NO_MEMORY.

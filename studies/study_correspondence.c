@@ -18,7 +18,6 @@
 
 #define COOKIE 0x57d1c0deu
 #define NRUN 3
-#define FOLLOW_STEP 0.004  // m, see OmMatchLiveDef: the twin bends more easily than the search
 
 OmStudyCorrespondenceDef om_study_correspondence_default_def(const char* out_dir) {
     return (OmStudyCorrespondenceDef){.out_dir = out_dir, .spacing = 0.0025, .cookie = COOKIE};
@@ -187,7 +186,6 @@ static OmStatus run_case(const Cor* s, const MatchCase* c, CorResult* r) {
     def = om_match_default_def(&g.scene, &g.twin[0].site);
     OM_TRY_DONE(om_match_create(&def, &g.match));
     OmMatchLiveDef live = om_match_live_default_def(g.match);
-    live.follow_step = FOLLOW_STEP;
     OM_TRY_DONE(om_match_live_create(&live, &g.live));
     OM_ALLOC_DONE(g.x, 3 * (size_t)om_match_view(g.match)->mesh->nvert);
     for (int k = 0; k < 2; ++k) OM_TRY_DONE(make_tracks(&g, k));

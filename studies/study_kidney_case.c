@@ -37,7 +37,6 @@ OmStatus om__kidney_make_scene(const char* volume, bool is_quick, OmScene* scene
     OM_CHECK(om_path_exists(volume), OM_UNAVAILABLE, "%s: no such file", volume);
     OM_CHECK(strlen(volume) < sizeof s.tissue.file, OM_INVALID, "%s: the path is too long", volume);
     s.tissue.law = OM_STABLE_NEO_HOOKEAN;
-    s.tissue.element = OM_ELEMENT_LINEAR;  // as in the tables of doc/notes/match_update.md
     snprintf(s.name, sizeof s.name, "kidney");
     s.seed = 0;
     s.tissue.source = OM_SOURCE_VOLUME;
@@ -47,8 +46,8 @@ OmStatus om__kidney_make_scene(const char* volume, bool is_quick, OmScene* scene
     s.tissue.young = 8000;
     s.tissue.density = 950;
     s.model.label = 3;  // left kidney
-    s.model.edge = (is_quick ? 6.5 : 4.7) * MM;
-    s.model.world_edge = (is_quick ? 4.5 : 2.6) * MM;
+    s.model.edge = (is_quick ? 8 : 6) * MM;
+    s.model.world_edge = (is_quick ? 6 : 4.2) * MM;
     s.model.thickness = 10 * MM;
     s.model.half_length = 50 * MM;
     s.model.half_width = 40 * MM;

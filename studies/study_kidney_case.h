@@ -57,8 +57,10 @@ typedef struct KidneyTruth {
     int state;
     bool is_quick;
     OmWorld* world;
-    OmSurface surface;  // boundary of its mesh, at the last shown moment
-    int* vert;          // mesh vertex of each vertex of the surface
+    OmTetMesh mesh;     // the site's, with a vertex for each node of the quadratic elements
+    OmSurface surface;  // boundary of `mesh`, at the last shown moment
+    int* vert;          // vertex of `mesh` of each vertex of the surface
+    double* x;          // nodes at the last shown moment, m            (mesh.nvert x 3)
     OmVec3 shift;       // m, error of calibration of the last look
     size_t size;        // of a snapshot, bytes
     KidneyLift lift[KIDNEY_NGRASP];

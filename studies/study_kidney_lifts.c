@@ -26,7 +26,7 @@
 
 #define MAX_PATH 1024
 #define KEEP 3    // views of different grasps in one estimate
-#define METHOD 7  // number of the methods: results of another one are computed again
+#define METHOD 8  // number of the methods: results of another one are computed again
 
 const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY] = {
     "zero", "underside", "same", "network", "fusion", "physics", "all"};
@@ -55,9 +55,11 @@ typedef struct Operation {  // a state of the tissue, and the robot's side of it
     int* held;                // scratch: grasped      (nvert)
     double* x;                // the twin, m           (nvert x 3)
     double* x_true;           // the truth at the twin's vertices
-    OmFemMesh mesh;           // of the twin
-    int* elem;                // places of the scan's points       (npoint)
-    double* weight;           //                                   (npoint x 4)
+    // OmMatchView.mesh: the twin's, with a vertex for each node of its quadratic elements, the nvert of these arrays
+    const OmTetMesh* node;
+    OmFemMesh mesh;  // the eight tetrahedra of each element
+    int* elem;       // places of the scan's points in them   (npoint)
+    double* weight;  //                                   (npoint x 4)
     OmAcquisition acquisition;
     int nkept;
     OmAcquisition kept[KIDNEY_NGRASP];    // the last view of each earlier grasp
@@ -113,25 +115,31 @@ static OmStatus make_matches(Operation* o) {
     OmMaterial material = {.law = o->s->scene.tissue.law,
                            .young = o->s->scene.tissue.young,
                            .poisson = o->s->scene.tissue.poisson};
-    AttachModelDef free = om__attach_model_default_def(&twin->mesh, material);
-    OM_TRY(om__attach_model_create(&free, &o->free));
+    OM_TRY(om__attach_model_create_bending(&twin->mesh, material, &o->free));
     const OmMatchView* view = om_match_view(o->match);
-    def.ncandidate = view->surface->nvert;
-    def.candidate = view->surface_vert;
+    int* corner;
+    OM_ALLOC(corner, view->surface->nvert);
+    def.ncandidate = 0;
+    for (int i = 0; i < view->surface->nvert; ++i)
+        if (view->surface_vert[i] < view->ncorner) corner[def.ncandidate++] = view->surface_vert[i];
+    def.candidate = corner;
     def.nhypothesis = 0;
-    return om_match_create(&def, &o->mover);
+    OmStatus status = om_match_create(&def, &o->mover);
+    om_free(corner);
+    o->node = view->mesh;
+    return status;
 }
 
 static OmStatus operation_open(Kidney* s, int state, Operation* o) {
     *o = (Operation){.s = s, .state = state};
     const OmTetMesh* mesh = &s->twin.mesh;
-    size_t n = (size_t)mesh->nvert;
     OmPose task = om_pose_inverse(s->twin.pose_world_task);
     OmStatus status;
     OM_TRY_DONE(
         om__kidney_truth_open(&s->scene, s->def->is_quick, state, s->def->nworker, &o->truth));
     OM_TRY_DONE(make_matches(o));
-    OM_TRY_DONE(om_fem_mesh_from_tet(mesh, OM_TET4, &o->mesh));
+    OM_TRY_DONE(om_fem_mesh_from_tet(o->node, OM_TET4, &o->mesh));
+    const size_t n = (size_t)o->node->nvert;
     o->under = om_tet_mesh_find_set(mesh, "underside");
     OM_CALLOC_DONE(o->is_true, n);
     OM_CALLOC_DONE(o->attached, n);
@@ -174,7 +182,7 @@ static OmStatus move_twin(Operation* o, const unsigned char* attached, bool* is_
 
 // The twin without attachments, weight and contact, into o->x.
 static OmStatus move_free(Operation* o, bool* is_loose) {
-    const OmTetMesh* mesh = &o->s->twin.mesh;
+    const OmTetMesh* mesh = o->node;
     const OmMatchGrasp* g = &o->acquisition.grasp[0];
     OmPose motion = om_pose_mul(g->pose_world_now, om_pose_inverse(g->pose_world_grasp));
     AttachMove move = {.grasp = o->held, .goal = o->x};
@@ -230,7 +238,7 @@ static double measure_scan(const Operation* o, const double* x) {
 
 // Score the set o->attached, and the twin that has it. Nothing attached: the free twin.
 static OmStatus score(Operation* o, KidneyGuess* g) {
-    int nvert = o->s->twin.mesh.nvert, nattached = 0;
+    int nvert = o->node->nvert, nattached = 0;
     for (int v = 0; v < nvert; ++v) nattached += o->attached[v] != 0;
     unsigned char* both = om_calloc(2 * (size_t)o->under->nvert, 1);
     if (!both) return OM_NO_MEMORY;
@@ -255,7 +263,7 @@ static OmStatus score(Operation* o, KidneyGuess* g) {
 
 // Score the set o->attached of a way; it becomes the way's belief.
 static OmStatus take(Operation* o, int way, KidneyGuess* g) {
-    memcpy(o->belief[way].attached, o->attached, (size_t)o->s->twin.mesh.nvert);
+    memcpy(o->belief[way].attached, o->attached, (size_t)o->node->nvert);
     return score(o, g);
 }
 
@@ -264,7 +272,7 @@ static OmStatus take_estimate(Operation* o, int way, const OmMatchEstimate* e, K
     const unsigned char* last = o->belief[way].attached;
     g->is_accepted = e->is_accepted;
     snprintf(g->reason, sizeof g->reason, "%.119s", e->reason);
-    for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
+    for (int v = 0; v < o->node->nvert; ++v)
         o->attached[v] = e->is_accepted ? e->attached[v] : last[v];
     return take(o, way, g);
 }
@@ -275,7 +283,7 @@ static OmStatus take_advice(Operation* o, int way, const OmBanetAdvice* advice, 
     const unsigned char* last = o->belief[way].attached;
     g->is_accepted = advice->nused > 0;
     snprintf(g->reason, sizeof g->reason, "%.119s", g->is_accepted ? "" : advice->reason);
-    for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
+    for (int v = 0; v < o->node->nvert; ++v)
         o->attached[v] = g->is_accepted ? p[v] >= o->s->threshold : last[v];
     return take(o, way, g);
 }
@@ -324,12 +332,12 @@ static OmStatus guess_network(Operation* o, int way, KidneyGuess* g) {
 }
 
 static void attach_underside(const Operation* o, unsigned char* attached) {
-    memset(attached, 0, (size_t)o->s->twin.mesh.nvert);
+    memset(attached, 0, (size_t)o->node->nvert);
     for (int k = 0; k < o->under->nvert; ++k) attached[o->under->vert[k]] = 1;
 }
 
 static OmStatus guess_all(Operation* o, KidneyView* view) {
-    size_t n = (size_t)o->s->twin.mesh.nvert;
+    size_t n = (size_t)o->node->nvert;
     memset(o->attached, 0, n);
     for (int way = OM_STUDY_KIDNEY_ZERO; way <= OM_STUDY_KIDNEY_SAME; ++way)
         view->by[way].is_accepted = true;
@@ -352,12 +360,12 @@ static OmStatus guess_all(Operation* o, KidneyView* view) {
 static OmStatus look(Operation* o, int grasp, KidneyMoment moment, int run) {
     OM_TRY(om__kidney_truth_look(&o->truth, grasp, moment, run, &o->s->twin, &o->acquisition));
     OM_TRY(find_places(o));
-    return om__kidney_truth_carry(&o->truth, o->s->twin.mesh.nvert, o->s->twin.mesh.x, o->x_true);
+    return om__kidney_truth_carry(&o->truth, o->node->nvert, o->node->x, o->x_true);
 }
 
 // The running twins follow the grasp. Those of equal attachments are equal.
 static OmStatus follow(Operation* o) {
-    size_t n = (size_t)o->s->twin.mesh.nvert;
+    size_t n = (size_t)o->node->nvert;
     for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
         Belief* b = &o->belief[way];
         const double* x = NULL;
@@ -379,7 +387,7 @@ static void look_done(Operation* o) {
 
 // Keep the view, with the running twins at this time, for later grasps.
 static OmStatus keep(Operation* o) {
-    size_t n = 3 * (size_t)o->s->twin.mesh.nvert;
+    size_t n = 3 * (size_t)o->node->nvert;
     for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
         Belief* b = &o->belief[way];
         if (!b->attached) continue;

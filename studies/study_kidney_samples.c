@@ -11,11 +11,10 @@
 #include "studies/study_simulated_internal.h"
 
 #define CHUNK 20
-#define METHOD 2  // number of the method: results of another one are computed again
+#define METHOD 3  // number of the method: results of another one are computed again
 
 OmBanetSampleDef om__kidney_sample_def(const Kidney* s) {
     OmBanetSampleDef def = om_banet_sample_default_def(KIDNEY_SAMPLE_SEED);
-    def.element = OM_TET4;  // as the bodies of the committed weights
     def.way = OM_BANET_EXACT;
     def.body = &s->twin.mesh;
     return def;

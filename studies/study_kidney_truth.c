@@ -1,6 +1,6 @@
 // study_kidney_truth.c: lifts of the fat in the simulated world, kept as snapshots, and what the camera sees of them.
 //
-// The world has 30,000 tetrahedra or more, another law and another stiffness than the twin, weight, contact with the
+// The world has smaller elements, another law and another stiffness than the twin, weight, contact with the
 // kidney, and a tool in view. A lift ends at the level before the pull exceeds FORCE_MAX, where fat would tear; the
 // surgeon of the thesis stopped there as well. Each run has its own noise of depth and tool, and its own error of
 // calibration, by which its camera and scan are shifted.
@@ -27,6 +27,8 @@
 void om__kidney_truth_close(KidneyTruth* t) {
     if (!t) return;
     om_world_destroy(t->world);
+    om_tet_mesh_done(&t->mesh);
+    om_free(t->x);
     om_surface_done(&t->surface);
     om_free(t->vert);
     for (int g = 0; g < KIDNEY_NGRASP; ++g) om_free(t->file[g]);
@@ -44,7 +46,10 @@ OmStatus om__kidney_truth_open(const OmScene* scene, bool is_quick, int state, i
     OmStatus status;
     OM_TRY_DONE(om__kidney_build_site(&t->scene, OM_SITE_WORLD, state, &t->site));
     OM_TRY_DONE(om_world_create_simulated(&t->scene, &t->site, nworker, &t->world));
-    OM_TRY_DONE(om_tet_mesh_boundary(&t->site.mesh, &t->surface, &t->vert));
+    OM_TRY_DONE(om_tet_mesh_copy(&t->site.mesh, &t->mesh));
+    OM_TRY_DONE(om_tet_mesh_refine(&t->mesh));
+    OM_TRY_DONE(om_tet_mesh_boundary(&t->mesh, &t->surface, &t->vert));
+    OM_ALLOC_DONE(t->x, 3 * (size_t)t->mesh.nvert);
     t->size = om_world_state_size(t->world);
 done:
     if (status < 0) om__kidney_truth_close(t);
@@ -230,8 +235,9 @@ OmStatus om__kidney_truth_show(KidneyTruth* t, int grasp, KidneyMoment moment) {
     OM_CHECK(t->file[grasp] && level <= nlevel, OM_INVALID, "kidney: level %d of %d", level,
              nlevel);
     OM_TRY(om_world_restore(t->world, snapshot(t, grasp, moment)));
-    const double* x = om_body_x(om_world_truth(t->world));
-    for (int i = 0; i < t->surface.nvert; ++i) om_store3(t->surface.x, i, om_load3(x, t->vert[i]));
+    om_body_get_nodes(om_world_truth(t->world), t->x);
+    for (int i = 0; i < t->surface.nvert; ++i)
+        om_store3(t->surface.x, i, om_load3(t->x, t->vert[i]));
     return OM_OK;
 }
 
@@ -299,10 +305,10 @@ static MatchTruth* as_match_truth(const KidneyTruth* t) {
     MatchTruth* m = om_calloc(1, sizeof *m);
     if (!m) return NULL;
     m->site = t->site;
-    m->mesh = t->site.mesh;
+    m->mesh = t->mesh;
     m->surface = t->surface;
     m->vert = t->vert;
-    m->x = (double*)om_body_x(om_world_truth(t->world));
+    m->x = t->x;
     return m;
 }
 

@@ -94,14 +94,15 @@ typedef struct PhantomHead {
 typedef struct PhantomTruth {  // of one lift; om__phantoms_truth_done frees; zero-initialise
     OmScene scene;
     OmSite site;
-    OmSurface surface;  // boundary of the world's mesh at rest on the board
-    int* vert;          // mesh vertex of each of its vertices
+    OmTetMesh mesh;     // the site's, with a vertex for each node of the quadratic elements
+    OmSurface surface;  // boundary of `mesh` at rest on the board
+    int* vert;          // vertex of `mesh` of each of its vertices
     size_t npixel;
     char file[96];  // its name in the folder
     uint64_t hash;  // of everything it depends on
     // The four are one block, the contents of the file; of 1 + PHANTOM_NLEVEL moments.
     PhantomHead* head;
-    double* x;             // positions of the world's mesh, m             (moments x nvert x 3)
+    double* x;             // positions of `mesh`, m                       (moments x nvert x 3)
     float* depth;          // m                                            (moments x npixel)
     unsigned char* color;  //                                              (moments x npixel x 3)
 } PhantomTruth;

@@ -50,7 +50,9 @@ typedef struct Bench {
     PhantomResult* r;
     OmScene scene;
     OmSite site;  // of the twin
-    OmFemMesh mesh;
+    // OmMatchView.mesh, with a vertex for each node of the twin's quadratic elements
+    const OmTetMesh* mesh;
+    OmFemMesh eighth;  // the eight tetrahedra of each element, to find places in the twin
     const OmMeshSet* under;
     OmMatch* match;
     OmBanetUpdater* updater;  // null: no network
@@ -75,7 +77,7 @@ static void bench_done(Bench* b) {
     om__attach_model_destroy(b->model);
     om_banet_updater_destroy(b->updater);
     om_match_destroy(b->match);
-    om_fem_mesh_done(&b->mesh);
+    om_fem_mesh_done(&b->eighth);
     om_site_done(&b->site);
     om_free(b->x);
     om_free(b->attached);
@@ -86,14 +88,15 @@ static void bench_done(Bench* b) {
 static OmStatus make_twin(Bench* b) {
     PhantomResult* r = b->r;
     b->scene = om__phantoms_scene(b->c, OM_SITE_TWIN);
-    // as in the tables of doc/notes/study_attachments.md
-    b->scene.tissue.element = OM_ELEMENT_LINEAR;
     OM_TRY(om__phantoms_site(b->c, OM_SITE_TWIN, b->s->coarse, &b->scene, &b->site));
+    OmMatchDef match = om_match_default_def(&b->scene, &b->site);
+    OM_TRY(om_match_create(&match, &b->match));
+    b->mesh = om_match_view(b->match)->mesh;
     b->under = om_tet_mesh_find_set(&b->site.mesh, "underside");
     r->nnode = b->under->nvert;
     OM_CHECK(r->nnode <= PHANTOM_MAX_NODE, OM_INVALID, "%d vertices in the underside", r->nnode);
-    OM_ALLOC(b->x, 3 * (size_t)b->site.mesh.nvert);
-    OM_ALLOC(b->attached, (size_t)b->site.mesh.nvert);
+    OM_ALLOC(b->x, 3 * (size_t)b->mesh->nvert);
+    OM_ALLOC(b->attached, (size_t)b->mesh->nvert);
     om__phantoms_held(b->c, &b->site, b->attached);
     for (int i = 0; i < r->nnode; ++i) {
         int v = b->under->vert[i];
@@ -101,9 +104,7 @@ static OmStatus make_twin(Bench* b) {
         r->node_x[i][0] = b->site.mesh.x[3 * v];
         r->node_x[i][1] = b->site.mesh.x[3 * v + 1];
     }
-    OM_TRY(om_fem_mesh_from_tet(&b->site.mesh, OM_TET4, &b->mesh));
-    OmMatchDef match = om_match_default_def(&b->scene, &b->site);
-    OM_TRY(om_match_create(&match, &b->match));
+    OM_TRY(om_fem_mesh_from_tet(b->mesh, OM_TET4, &b->eighth));
     if (b->s->net || b->s->estimate) {
         OmBanetUpdateDef update = om_banet_update_default_def(b->match);
         update.net = b->s->net;
@@ -116,8 +117,7 @@ static OmStatus make_twin(Bench* b) {
     }
     OmMaterial material = {
         .young = b->site.young, .poisson = b->site.poisson, .law = (OmLaw)b->scene.tissue.law};
-    AttachModelDef model = om__attach_model_default_def(&b->site.mesh, material);
-    return om__attach_model_create(&model, &b->model);
+    return om__attach_model_create_bending(&b->site.mesh, material, &b->model);
 }
 
 // ---- views --------------------------------------------------------------------------------------------------
@@ -128,7 +128,7 @@ static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double
     OmSurface now = {0};
     OmObservation obs = {0};
     double *point = NULL, *material = NULL;
-    size_t n3 = 3 * (size_t)t->site.mesh.nvert;
+    size_t n3 = 3 * (size_t)t->mesh.nvert;
     OmStatus status;
     OM_TRY_DONE(om__phantoms_observe(t, level, &obs));
     const OmScanDef def = om_scan_default_def(om_site_spacing(&b->site));
@@ -147,9 +147,9 @@ static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double
     for (int i = 0; i < v->scan.npoint; ++i)
         om_store3(point, i, om_sub(om_load3(v->scan.x, i), t->head->shift));
     OmVec3 eye = om_sub(t->head->camera.pose_world_camera.p, t->head->shift);
-    OM_TRY_DONE(om__match_find_on_surface(&now, t->vert, t->site.mesh.x, eye, v->scan.npoint, point,
+    OM_TRY_DONE(om__match_find_on_surface(&now, t->vert, t->mesh.x, eye, v->scan.npoint, point,
                                           material, NULL));
-    OM_TRY_DONE(om_fem_mesh_embed(&b->mesh, v->scan.npoint, material, v->elem, v->weight));
+    OM_TRY_DONE(om_fem_mesh_embed(&b->eighth, v->scan.npoint, material, v->elem, v->weight));
     *rest = 0;
     for (int i = 0; i < v->scan.npoint; ++i)
         *rest += om_distance(om_load3(v->scan.x, i), om_load3(material, i)) / v->scan.npoint;
@@ -162,7 +162,7 @@ done:
 }
 
 static double share_facing(const PhantomTruth* t, int level) {
-    const double* x = t->x + 3 * (size_t)level * (size_t)t->site.mesh.nvert;
+    const double* x = t->x + 3 * (size_t)level * (size_t)t->mesh.nvert;
     OmVec3 eye = om_sub(t->head->camera.pose_world_camera.p, t->head->shift);
     double all = 0, facing = 0;
     for (int k = 0; k < t->surface.ntri; ++k) {
@@ -178,7 +178,7 @@ static double share_facing(const PhantomTruth* t, int level) {
 
 // Vertices of the twin in the jaw, and where they go.
 static OmStatus find_grasped(Bench* b, View* v) {
-    const OmTetMesh* m = &b->site.mesh;
+    const OmTetMesh* m = b->mesh;
     OmPose move = om_pose_mul(v->grasp.pose_world_now, om_pose_inverse(v->grasp.pose_world_grasp));
     for (int i = 0; i < m->nvert; ++i) {
         OmVec3 p = om_load3(m->x, i);
@@ -196,7 +196,7 @@ static OmStatus make_view(Bench* b, int g, int level, const double* x_before, Vi
                           PhantomView* out) {
     const PhantomTruth* t = v->truth = &b->truth[g];
     const PhantomMoment* at = &t->head->at[level];
-    size_t n3 = 3 * (size_t)b->site.mesh.nvert;
+    size_t n3 = 3 * (size_t)b->mesh->nvert;
     double unused;
     OM_TRY(look(b, t, level, v, &unused));
     v->grasp = (OmMatchGrasp){.arm = t->head->arm,
@@ -209,8 +209,8 @@ static OmStatus make_view(Bench* b, int g, int level, const double* x_before, Vi
     OmMatchLoad load = {.ngrasp = 1, .grasp = &v->grasp, .tolerance = 2e-4};
     OmStatus status = om_match_find_rest(b->match, &load, v->x_twin, NULL);
     if (status < 0) return status;
-    const double* x = t->x + 3 * (size_t)level * (size_t)t->site.mesh.nvert;
-    OM_TRY(om__match_carry_by(&t->site.mesh, x, b->site.mesh.nvert, b->site.mesh.x, v->x_true));
+    const double* x = t->x + 3 * (size_t)level * (size_t)t->mesh.nvert;
+    OM_TRY(om__match_carry_by(&t->mesh, x, b->mesh->nvert, b->mesh->x, v->x_true));
     v->acquisition = (OmAcquisition){
         .scan = v->scan, .ngrasp = 1, .grasp = {v->grasp}, .time = at->time, .x_twin = v->x_twin};
     out->grasp = g;
@@ -234,7 +234,7 @@ static OmStatus make_views(Bench* b) {
         if (status < 0) return status;
         r->nlevel[g] = t->head->nlevel;
         r->end_force[g] = t->head->end_force;
-        const double* before = b->site.mesh.x;
+        const double* before = b->mesh->x;
         for (int k = 1; k <= t->head->nlevel; ++k) {
             View* v = &b->view[r->nview];
             status = make_view(b, g, k, before, v, &r->view[r->nview++]);
@@ -252,10 +252,15 @@ static OmStatus make_views(Bench* b) {
 static OmStatus move_twin(Bench* b, int view, const unsigned char* attached, double* ave,
                           double* volume) {
     const View* v = &b->view[view];
-    int nvert = b->site.mesh.nvert;
+    const OmMatchView* twin = om_match_view(b->match);
+    int nvert = b->mesh->nvert;
     AttachSolve solve;
     memset(b->attached, 0, (size_t)nvert);
     for (int i = 0; i < b->r->nnode; ++i) b->attached[b->under->vert[i]] = attached[i];
+    for (int i = twin->ncorner; i < nvert; ++i) {  // between two attached ends
+        const int* end = twin->mid_end + 2 * (size_t)(i - twin->ncorner);
+        b->attached[i] = b->attached[end[0]] && b->attached[end[1]];
+    }
     AttachMove move = {v->ngrasped, v->grasped, v->goal, b->attached};
     OM_TRY(om__attach_model_solve(b->model, &move, b->x, &solve));
     b->r->nloose += !solve.is_converged;
@@ -263,7 +268,7 @@ static OmStatus move_twin(Bench* b, int view, const unsigned char* attached, dou
     om__attach_error(nvert, b->x, v->x_true, volume, &worst);
     *ave = 0;
     for (int i = 0; i < v->scan.npoint; ++i) {
-        const int* node = b->mesh.elem_node + 4 * (size_t)v->elem[i];
+        const int* node = b->eighth.elem_node + 4 * (size_t)v->elem[i];
         OmVec3 p = om_vec3(0, 0, 0);
         for (int k = 0; k < 4; ++k) p = om_madd(p, v->weight[4 * i + k], om_load3(b->x, node[k]));
         *ave += om_distance(p, om_load3(v->scan.x, i)) / v->scan.npoint;
@@ -332,7 +337,7 @@ static void take_network(Bench* b, const double* probability, int n, int nlost, 
 static OmStatus run_network(Bench* b, int n, const OmAcquisition* acquisition,
                             PhantomEstimate by[OM_STUDY_PHANTOM_NWAY], OmBanetAdvice* advice) {
     OmMatchEstimate estimate = {0};
-    memset(b->attached, 0, (size_t)b->site.mesh.nvert);
+    memset(b->attached, 0, (size_t)b->mesh->nvert);
     om_banet_updater_set_attached(b->updater, b->attached);
     OmStatus status = om_banet_update(b->updater, n, acquisition, NULL, &estimate, advice);
     if (status >= 0) {
@@ -352,9 +357,9 @@ static OmStatus eval_network(Bench* b, int i) {
     OmBanetAdvice advice = {0};
     for (int k = 0; k < n; ++k) acquisition[k] = b->view[i - n + 1 + k].acquisition;
     OM_TRY(run_network(b, n, acquisition, out->by, &advice));
-    const double* last = advice.view + (size_t)(n - 1) * (size_t)b->site.mesh.nvert;
+    const double* last = advice.view + (size_t)(n - 1) * (size_t)b->mesh->nvert;
     bool is_lost = true;
-    for (int v = 0; v < b->site.mesh.nvert; ++v) is_lost = is_lost && last[v] <= 0;
+    for (int v = 0; v < b->mesh->nvert; ++v) is_lost = is_lost && last[v] <= 0;
     take_network(b, last, 1, is_lost, advice.reason, &out->by[OM_STUDY_PHANTOM_NETWORK]);
     om_banet_advice_done(&advice);
     return OM_OK;

@@ -8,7 +8,7 @@
 #define PHANTOM_MAX_NODE 640  // of the twin's underside
 #define PHANTOM_NVIEW (PHANTOM_NGRASP * PHANTOM_NLEVEL)
 // Raise it with every change of the method: results in folders are then made anew.
-#define PHANTOM_METHOD 2
+#define PHANTOM_METHOD 3
 
 typedef struct PhantomEstimate {
     int is_there, is_accepted;

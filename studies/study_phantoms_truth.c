@@ -76,10 +76,10 @@ static OmStatus keep(Lift* l, int level) {
     PhantomMoment* at = &t->head->at[level];
     OmBody* body = om_world_truth(l->world);
     OM_TRY(om_world_observe(l->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &l->obs));
-    size_t n = t->npixel, n3 = 3 * (size_t)t->site.mesh.nvert, k = (size_t)level;
+    size_t n = t->npixel, n3 = 3 * (size_t)t->mesh.nvert, k = (size_t)level;
     memcpy(t->depth + k * n, l->obs.rgbd.depth, n * sizeof *t->depth);
     memcpy(t->color + 3 * k * n, l->obs.rgbd.color.pixel, 3 * n);
-    memcpy(t->x + k * n3, om_body_x(body), n3 * sizeof *t->x);
+    om_body_get_nodes(body, t->x + k * n3);
     at->time = l->obs.rgbd.time;
     memcpy(at->arm, l->obs.arm, sizeof at->arm);
     at->nbad = om_body_nbad(body);
@@ -142,7 +142,7 @@ done:
 // ---- files --------------------------------------------------------------------------------------------------
 
 static size_t block_size(const PhantomTruth* t) {
-    size_t n = 1 + PHANTOM_NLEVEL, nvert = (size_t)t->site.mesh.nvert;
+    size_t n = 1 + PHANTOM_NLEVEL, nvert = (size_t)t->mesh.nvert;
     return sizeof(PhantomHead) +
            n * (3 * nvert * sizeof *t->x + t->npixel * (sizeof *t->depth + 3));
 }
@@ -151,9 +151,11 @@ static OmStatus make_room(const PhantomCase* c, int grasp, double coarse, Phanto
     t->scene = om__phantoms_scene(c, OM_SITE_WORLD);
     t->scene.seed = (int)om__phantoms_seed(c, grasp);
     OM_TRY(om__phantoms_site(c, OM_SITE_WORLD, coarse, &t->scene, &t->site));
-    OM_TRY(om_tet_mesh_boundary(&t->site.mesh, &t->surface, &t->vert));
+    OM_TRY(om_tet_mesh_copy(&t->site.mesh, &t->mesh));
+    OM_TRY(om_tet_mesh_refine(&t->mesh));
+    OM_TRY(om_tet_mesh_boundary(&t->mesh, &t->surface, &t->vert));
     t->npixel = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
-    size_t n = 1 + PHANTOM_NLEVEL, n3 = 3 * (size_t)t->site.mesh.nvert;
+    size_t n = 1 + PHANTOM_NLEVEL, n3 = 3 * (size_t)t->mesh.nvert;
     t->head = om_calloc(block_size(t), 1);
     if (!t->head) return OM_NO_MEMORY;
     t->x = (double*)(t->head + 1);
@@ -200,6 +202,7 @@ static uint64_t hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t
 void om__phantoms_truth_done(PhantomTruth* t) {
     if (!t) return;
     om_site_done(&t->site);
+    om_tet_mesh_done(&t->mesh);
     om_surface_done(&t->surface);
     om_free(t->vert);
     om_free(t->head);

@@ -49,7 +49,6 @@ static OmStatus validate(const OmStudySimulatedDef* d) {
 // The test sets of the generator; nothing is chosen on them. A quick study has small bodies and other seeds.
 static OmBanetSampleDef define_set(const OmStudySimulatedDef* d, int set) {
     OmBanetSampleDef def = om_banet_data_test_def((OmBanetTest)set, d->out_dir).sample;
-    def.element = OM_TET4;  // as the bodies of the committed weights
     if (d->is_quick) {
         def.seed = QUICK_SEED + (uint64_t)set;
         def.extent[0] = 0.06;

@@ -11,7 +11,7 @@
 #define SIM_NGUESS OM_STUDY_SIM_NGUESS
 #define SIM_MAX_CELL 8192  // with a surface vertex
 // Raise it with every change of the method: results in folders are then made anew.
-#define SIM_METHOD 3
+#define SIM_METHOD 4
 
 typedef struct SimMove {  // the body with a guess, moved
     int is_there, is_stopped;

@@ -1,4 +1,4 @@
-// study_simulated_sample.c: samples as files, guesses, scores and simulations of one sample.
+// study_simulated_sample.c: samples of quadratic elements as files, guesses, scores and simulations of one sample.
 //
 // All (thesis: "all the points belonging to the lowest surface"): our bodies lie in any direction. The lowest surface
 // is the side of the thin axis (z of the grid of voxels) away from the pull: vertices whose normal is within 60 degrees
@@ -24,7 +24,7 @@ typedef struct Block {
     size_t size;
 } Block;
 
-enum { NBLOCK = 12 };
+enum { NBLOCK = 13 };
 
 static void list_blocks(OmBanetSample* s, Block block[NBLOCK]) {
     size_t n = (size_t)s->mesh.nvert, k = (size_t)s->surface.nvert, d = sizeof(double);
@@ -32,6 +32,7 @@ static void list_blocks(OmBanetSample* s, Block block[NBLOCK]) {
     const Block list[NBLOCK] = {{(void**)&s->mesh.x, 3 * n * d},
                                 {(void**)&s->mesh.tet_vert, 4 * tet * i},
                                 {(void**)&s->mesh.tet_label, tet * i},
+                                {(void**)&s->node, 10 * (tet / 8) * i},
                                 {(void**)&s->surface.x, 3 * k * d},
                                 {(void**)&s->surface.tri_vert, 3 * tri * i},
                                 {(void**)&s->surface_vert, k * i},
@@ -187,6 +188,7 @@ OmStatus om__sim_body_move(SimBody* b, SimMove* move) {
     AttachSolve solve;
     if (!b->model) {
         AttachModelDef def = om__attach_model_default_def(&s->mesh, s->material);
+        def.node = s->node;
         OM_TRY(om__attach_model_create(&def, &b->model));
     }
     memset(b->attached, 0, (size_t)s->mesh.nvert);

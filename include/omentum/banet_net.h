@@ -93,6 +93,7 @@ typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
     const char* command;  // command line, stored in the file; may be null
     const char* start;  // file of weights of the same channels to begin with; default null: random
     int nvalid;         // number of validation samples, the last ones; default a tenth
+    int ntrain;  // training samples, the first ones; default 0: all that are not for validation
     int channel[OM_BANET_NLEVEL];  // of the five grids, multiples of 16; default 16 32 64 96 128
     int ngroup;                    // of group norm; 0 (default): no norm
     double dropout;  // behind poolings and interpolations; default 0.1, the thesis has 0.5

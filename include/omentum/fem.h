@@ -61,6 +61,10 @@ OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFem
 /// Solid of quadratic tetrahedra (OM_TET10), also with curved edges; labels become materials.
 /// @return OM_OK; OM_INVALID (as om_fem_mesh_validate: an element that is inverted at a quadrature point); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_from_tet10(const OmTet10Mesh* tet, OmFemMesh* mesh);
+/// The same from a mesh that om_tet_mesh_refine_nodes refined; its vertices may have moved since.
+/// @param node  nodes of each element (fine->ntet / 8 x 10); null: linear elements, om_fem_mesh_from_tet of `fine`
+/// @return as om_fem_mesh_from_tet10
+OM_API OmStatus om_fem_mesh_from_nodes(const OmTetMesh* fine, const int* node, OmFemMesh* mesh);
 /// Its inverse: nodes and elements of a mesh of OM_TET10, for files and recordings; materials become labels.
 /// @param x  positions of its nodes, m (nnode x 3); null: at rest
 /// @return OM_OK; OM_INVALID (another kind of element); OM_NO_MEMORY

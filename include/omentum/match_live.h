@@ -22,8 +22,8 @@ extern "C" {
 typedef struct OmMatchLiveDef {  // made by om_match_live_default_def
     const OmMatch* match;        // borrowed until destroy; only its constant part is used
     int nfollow;  // iterations towards the tool's pose without the scan, 0 to 100; default 10
-    // m of the tool's way from x_twin for one of them, >= 0: a twin that is there already does not follow; 0 (default):
-    // always all. For a twin that bends more easily than the linear elements of this search, about 4 mm.
+    // m of the tool's way from x_twin for one of them, >= 0: a twin that is there already does not follow, because it
+    // bends more easily than the linear elements of this search; 0: always all; default 4 mm
     double follow_step;
     int nfit;  // iterations with the scan, 1 to 100; default 5
     // Stiffness of the springs to the scan over that of the tissue, per vertex of the surface, > 0; default 1.

@@ -223,20 +223,11 @@ static void solve_done(Solve* s) {
     om_free(s->fixed);
 }
 
-static OmStatus make_mesh(const OmBanetSample* sample, OmFemMesh* mesh) {
-    if (!sample->node) return om_fem_mesh_from_tet(&sample->mesh, OM_TET4, mesh);
-    OmTet10Mesh nodes;
-    OM_TRY(om_tet10_mesh_from_nodes(&sample->mesh, sample->node, &nodes));
-    OmStatus status = om_fem_mesh_from_tet10(&nodes, mesh);
-    om_tet10_mesh_done(&nodes);
-    return status;
-}
-
 static OmStatus solve_init(const OmBanetSampleDef* def, const OmProgress* watch,
                            const OmBanetSample* sample, Solve* s) {
     OmStatus status = OM_OK;
     size_t n = 3 * (size_t)sample->mesh.nvert;
-    OM_TRY_DONE(make_mesh(sample, &s->mesh));
+    OM_TRY_DONE(om_fem_mesh_from_nodes(&sample->mesh, sample->node, &s->mesh));
     memset(s->mesh.elem_material, 0, (size_t)s->mesh.nelem * sizeof *s->mesh.elem_material);
     OmFemDef solid = om_fem_default_def(&s->mesh, 1, &sample->material);
     solid.nworker = 1;  // samples run in parallel, not their solves

@@ -154,6 +154,7 @@ static OmStatus make_sense(const BanetViewDef* def, const BanetTruth* t, const B
                            OmSenseScene** out) {
     OmSurface tissue = {0}, shaft = {0}, board = {0};
     OmSenseLook look = om_sense_look(OM_PART_TISSUE);
+    look.texture = OM_TEXTURE_NONE;  // the colours are those of the parts
     OmStatus status = OM_OK;
     int id;
     OM_TRY_DONE(om_sense_scene_create(out));

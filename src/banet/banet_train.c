@@ -28,7 +28,7 @@ typedef struct Training {
     OmStatus* status;           // of each sample of the batch                       (batch)
     float* in;                  //               (batch x OM_BANET_NCHANNEL x ncell)
     float* surface;             // of the batch: 1 at cells with a surface vertex  (batch x ncell)
-    int ntrain;
+    int ntrain, first_valid;
 } Training;
 
 OmBanetTrainDef om_banet_train_default_def(const OmBanetData* data, const char* out_dir) {
@@ -64,6 +64,9 @@ static OmStatus check_def(const OmBanetTrainDef* d) {
         d->nvalid >= 1 && d->nvalid <= d->data->nsample - d->batch, OM_INVALID,
         "banet: %d samples of %d are kept for validation; at least 1, and a batch of %d besides",
         d->nvalid, d->data->nsample, d->batch);
+    OM_CHECK(d->ntrain == 0 || (d->ntrain >= d->batch && d->ntrain <= d->data->nsample - d->nvalid),
+             OM_INVALID, "banet: ntrain = %d; 0, or from a batch (%d) to %d samples", d->ntrain,
+             d->batch, d->data->nsample - d->nvalid);
     return OM_OK;
 }
 
@@ -161,7 +164,7 @@ static OmStatus fill_cells(const Training* t, int b, const OmBanetCells* cells, 
 static OmStatus fill_sample(const Training* t, int b) {
     const OmTrainBatch* batch = t->batch;
     const int* dim = t->def->dim;
-    const int s = (int)batch->sample[b] + (batch->is_validation ? t->ntrain : 0);
+    const int s = (int)batch->sample[b] + (batch->is_validation ? t->first_valid : 0);
     const OmBanetCells* sample = &t->def->data->sample[s];
     OmRng random = om_rng_init(batch->draw[b], 0), *rng = batch->is_validation ? NULL : &random;
     OmBanetCells cells;
@@ -254,7 +257,7 @@ static OmStatus run_loop(Training* t, const OmProgress* progress, OmTrainResult*
     return om_train_run(&loop, progress, t->net->param, result);
 }
 
-static OmStatus add_facts(const OmBanetTrainDef* def, const OmTrainResult* result,
+static OmStatus add_facts(const OmBanetTrainDef* def, int ntrain, const OmTrainResult* result,
                           const OmBanetEval* eval, OmFacts* facts) {
     if (def->command) OM_TRY(om_facts_add(facts, "command", "%s", def->command));
     if (def->start) OM_TRY(om_facts_add(facts, "start", "%s", def->start));
@@ -262,7 +265,7 @@ static OmStatus add_facts(const OmBanetTrainDef* def, const OmTrainResult* resul
     OM_TRY(om_facts_add(facts, "data", "%016llx", (unsigned long long)def->data->hash));
     OM_TRY(om__banet_origin_add(def->data, facts));
     OM_TRY(om_facts_add(facts, "dropout", "%g", def->dropout));
-    OM_TRY(om_facts_add(facts, "samples", "%d", def->data->nsample - def->nvalid));
+    OM_TRY(om_facts_add(facts, "samples", "%d", ntrain));
     OM_TRY(om_facts_add(facts, "epochs", "%d of %d", result->best_epoch, result->nepoch));
     OM_TRY(om_facts_add(facts, "validation_dsc", "%.4f", eval->mean_dsc));
     OM_TRY(om_facts_add(facts, "validation_tpr", "%.4f", eval->mean_tpr));
@@ -277,11 +280,11 @@ static OmStatus keep(Training* t, const OmTrainResult* result, const OmProgress*
     OmBanetEval eval = {0};
     char path[1024];
     OmStatus status;
-    OM_TRY_DONE(om__banet_outputs_make(t->net, def->data, t->ntrain, def->nvalid, def->nworker,
+    OM_TRY_DONE(om__banet_outputs_make(t->net, def->data, t->first_valid, def->nvalid, def->nworker,
                                        progress, &outputs));
     OM_TRY_DONE(om__banet_calibrate(t->net, &outputs));
     OM_TRY_DONE(om__banet_eval_outputs(t->net, &outputs, &eval));
-    OM_TRY_DONE(add_facts(def, result, &eval, &t->net->facts));
+    OM_TRY_DONE(add_facts(def, t->ntrain, result, &eval, &t->net->facts));
     OM_TRY_DONE(om_path_join(def->out_dir, "weights.safetensors", path, sizeof path));
     OM_TRY_DONE(om__banet_net_save(t->net, path));
     OM_TRY_DONE(om__banet_report_training(def, t->net, result, &eval));
@@ -313,7 +316,9 @@ OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
                         OmBanetTrainSummary* summary) {
     *summary = (OmBanetTrainSummary){0};
     OM_TRY(check_def(def));
-    Training t = {.def = def, .ntrain = def->data->nsample - def->nvalid};
+    const int first_valid = def->data->nsample - def->nvalid;
+    Training t = {.def = def, .first_valid = first_valid};
+    t.ntrain = def->ntrain > 0 ? def->ntrain : first_valid;
     OmTrainResult result = {0};
     OmFolder folder = {0};
     OmStatus status;

@@ -68,6 +68,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_study_calibration,
     &om_cli_verb_study_contact,
     &om_cli_verb_study_correspondence,
+    &om_cli_verb_study_curve,
     &om_cli_verb_study_learning,
     &om_cli_verb_study_methods,
     &om_cli_verb_study_retraction,

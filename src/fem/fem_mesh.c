@@ -97,6 +97,16 @@ OmStatus om_fem_mesh_from_tet10(const OmTet10Mesh* tet, OmFemMesh* mesh) {
     return status;
 }
 
+OmStatus om_fem_mesh_from_nodes(const OmTetMesh* fine, const int* node, OmFemMesh* mesh) {
+    if (!node) return om_fem_mesh_from_tet(fine, OM_TET4, mesh);
+    OmTet10Mesh tet;
+    *mesh = (OmFemMesh){0};
+    OM_TRY(om_tet10_mesh_from_nodes(fine, node, &tet));
+    OmStatus status = om_fem_mesh_from_tet10(&tet, mesh);
+    om_tet10_mesh_done(&tet);
+    return status;
+}
+
 OmStatus om_fem_mesh_get_tet10(const OmFemMesh* mesh, const double* x, OmTet10Mesh* tet) {
     *tet = (OmTet10Mesh){0};
     OM_CHECK(mesh->kind == OM_TET10, OM_INVALID, "elements %s, quadratic tetrahedra are wanted",

@@ -91,6 +91,7 @@ typedef struct Scan {  // one call
 OmMatchLiveDef om_match_live_default_def(const OmMatch* match) {
     return (OmMatchLiveDef){.match = match,
                             .nfollow = 10,
+                            .follow_step = 4e-3,
                             .nfit = 5,
                             .fit_stiffness = 1,
                             .along = 0.01,

@@ -1,55 +1,11 @@
-// test_banet_net.c: BA-Net on sheets whose attachments are seen by rule: learning, resuming, files, calibration.
+// test_banet_net.c: BA-Net on sheets whose attachments are seen by rule (banet_sheets.h): learning, resuming, files,
+// calibration.
 #include <math.h>
 
 #include "banet/banet_net_internal.h"
+#include "banet_sheets.h"
 #include "test_alloc.h"
 #include "test_files.h"
-
-enum { WIDE = 16, HIGH = 2, BORDER = 6, NSHEET = 48 };
-
-// A sheet of two layers of cells on a grid of 32 x 32 x 16. A disc of the lower layer is attached; displacement grows
-// with the distance from it, and a strip is not seen.
-static void make_sheet(int index, OmBanetCells* cells) {
-    OmRng rng = om_rng_init(77, (uint64_t)index);
-    const double x = om_rng_range(&rng, 2, WIDE - 2), y = om_rng_range(&rng, 2, WIDE - 2);
-    const double radius = om_rng_range(&rng, 3, 6), pull = om_rng_range(&rng, 0.2, 0.5);
-    const int hidden = (int)om_rng_below(&rng, WIDE);
-    const int num = WIDE * WIDE * HIGH;
-    *cells = (OmBanetCells){.grid = {om_pose_identity(), 0.005, {32, 32, 16}}, .ncell = num};
-    cells->fact.index = index;
-    cells->cell = om_alloc((size_t)num, sizeof *cells->cell);
-    cells->value = om_calloc(OM_BANET_NCHANNEL * (size_t)num, sizeof *cells->value);
-    cells->kind = om_calloc((size_t)num, 1);
-    for (int i = 0; i < num; ++i) {
-        const int at[3] = {i % WIDE, i / WIDE % WIDE, i / WIDE / WIDE};
-        double d = sqrt((at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y));
-        bool is_seen = at[0] != hidden && at[2] == 1;
-        cells->cell[i] =
-            (int)om_grid_index(cells->grid.dim, at[0] + BORDER, at[1] + BORDER, at[2] + 7);
-        cells->kind[i] = OM_BANET_NEAR | OM_BANET_SURFACE;
-        if (at[2] == 0 && d < radius) cells->kind[i] |= OM_BANET_ATTACHED;
-        cells->value[i] = -OM_BANET_UNIT / 2;
-        cells->value[OM_BANET_SEEN * num + i] = is_seen ? OM_BANET_UNIT : 0;
-        double u = is_seen ? pull * fmax(0, d - radius) : 0;
-        cells->value[OM_BANET_UX * num + i] = (int16_t)lround(0.3 * u * OM_BANET_UNIT);
-        cells->value[OM_BANET_UZ * num + i] = (int16_t)lround(u * OM_BANET_UNIT);
-    }
-}
-
-static OmBanetData make_data(void) {
-    OmBanetData data = {.nsample = NSHEET,
-                        .seed = 77,
-                        .hash = 77,
-                        .side = 0.32,
-                        .generator = "omentum banet 1",
-                        .way = "exact",
-                        .element = "linear"};
-    data.sample = om_calloc(NSHEET, sizeof *data.sample);
-    for (int s = 0; s < NSHEET; ++s) make_sheet(s, &data.sample[s]);
-    // A sheet that is larger than the grid of small_def.
-    data.sample[3].cell[0] = 0;
-    return data;
-}
 
 static OmBanetTrainDef small_def(const OmBanetData* data, const char* dir) {
     OmBanetTrainDef def = om_banet_train_default_def(data, dir);
@@ -552,7 +508,7 @@ static void test_another_use_than_training(void** state) {
     assert_near(om_banet_net_side(back), 0.3, 0);
     assert_ok(om_banet_net_describe(back, &text));
     assert_non_null(
-        strstr(text.str, "voxel 4.688 mm, side 300 mm, generator omentum banet 1, way exact"));
+        strstr(text.str, "voxel 4.688 mm, side 300 mm, generator omentum banet 2, way exact"));
     om_text_done(&text);
     // its own use; that of thin sheets; others
     assert_string_equal(note_of(back, 0.3, &data), "");
@@ -570,9 +526,9 @@ static void test_another_use_than_training(void** state) {
     assert_non_null(
         strstr(note_of(back, 0.3, &data), "trained on linear elements, used with quadratic"));
     snprintf(data.element, sizeof data.element, "linear");
-    snprintf(data.generator, sizeof data.generator, "omentum banet 2");
+    snprintf(data.generator, sizeof data.generator, "omentum banet 3");
     assert_non_null(
-        strstr(note_of(back, 0.3, &data), "used with those of the newer \"omentum banet 2\""));
+        strstr(note_of(back, 0.3, &data), "used with those of the newer \"omentum banet 3\""));
     data.side = 0.7;
     OmBanetEval e;
     assert_status(om_banet_eval(back, &data, 0, 1, 1, NULL, &e), OM_INVALID);
@@ -582,7 +538,7 @@ static void test_another_use_than_training(void** state) {
     net = make_net();
     assert_ok(om__banet_origin_add(&data, &net->facts));
     assert_non_null(
-        strstr(note_of(net, 0, NULL), "generator \"omentum banet 2\"; this program knows"));
+        strstr(note_of(net, 0, NULL), "generator \"omentum banet 3\"; this program knows"));
     om_banet_net_destroy(net);
     // a side that no grid has
     net = make_net();

@@ -110,7 +110,7 @@ err add -o DIR
 
 $ omentum study scan -o out
 exit 2
-err unknown name "scan".* attachments calibration contact correspondence learning methods retraction sheet-calibration trust$
+err unknown name "scan".* attachments calibration contact correspondence curve learning methods retraction sheet-calibration trust$
 
 $ omentum study contact -o out --resolutions 12,a
 exit 2
@@ -143,3 +143,15 @@ err --clusters
 $ omentum study contact -o out --tune-on 1
 exit 2
 err unknown option --tune-on
+
+$ omentum study curve -o out
+exit 2
+err -d DATA
+
+$ mkdir none; omentum study curve -d none -o out --sizes 10
+exit 3
+err none: no file of samples
+
+$ omentum study curve -d none -o none
+exit 3
+err none is an input and cannot be the output too

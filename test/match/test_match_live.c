@@ -349,10 +349,8 @@ static void test_follow_step(void** state) {
             OmMatchPairs p;
             begin(&rig, 8, 400, 1);
             OmMatchLiveDef def = om_match_live_default_def(rig.match);
-            if (k)
-                def.follow_step = 4e-3;
-            else if (!far)
-                def.nfollow = 0;
+            if (!k) def.follow_step = 0;
+            if (!k && !far) def.nfollow = 0;
             om_match_live_destroy(rig.live);
             assert_ok(om_match_live_create(&def, &rig.live));
             bend_rig(&rig, 1.2, far ? 0.1 : 1.2);

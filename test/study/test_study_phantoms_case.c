@@ -230,11 +230,11 @@ static void test_lift(void** unused) {
     assert_ok(om__phantoms_truth_save(&a, dir));
     assert_int_equal(a.head->nlevel, c.nlevel[1]);
     const OmMeshSet* held = om_tet_mesh_find_set(&a.site.mesh, "attachment");
-    size_t n3 = 3 * (size_t)a.site.mesh.nvert;
+    size_t n3 = 3 * (size_t)a.mesh.nvert;
     for (int k = 0; k <= a.head->nlevel; ++k) {
         const double* x = a.x + (size_t)k * n3;
         double top = 0;
-        for (int i = 0; i < a.site.mesh.nvert; ++i) top = fmax(top, x[3 * i + 2]);
+        for (int i = 0; i < a.mesh.nvert; ++i) top = fmax(top, x[3 * i + 2]);
         double rise = a.head->at[k].arm[a.head->arm].tip.p.z - a.head->grasp_tip.p.z;
         if (k > 0) assert_near(rise, 0.01 * k, 2e-4);
         assert_near(top, 0.006 + 0.01 * k, 0.003);
