@@ -129,7 +129,7 @@ OM_API OmStatus om_banet_generate(const OmBanetDataDef* def, const OmProgress* p
 
 // Of om_banet_sample_make and of what is stored of a sample: raised where the same definition and index give another
 // sample.
-#define OM_BANET_GENERATOR 2
+#define OM_BANET_GENERATOR 3
 #define OM_BANET_ORIGIN 32  // bytes of a text
 
 typedef struct OmBanetData {  // a data set in memory; om_banet_data_done frees

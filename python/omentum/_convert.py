@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import difflib
+import re
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -189,3 +190,34 @@ def index_array(value: Any, name: str) -> np.ndarray:
     if not np.issubdtype(array.dtype, np.integer) or array.ndim != 1:
         raise ValueError(f"{name} is a list of vertex numbers, or a mask of booleans")
     return np.ascontiguousarray(array, dtype=np.int32)
+
+
+_UNITS = {
+    "length": ("m", {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}),
+    "stress": ("Pa", {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}),
+    "density": ("kg/m^3", {"kg/m^3": 1.0, "g/cm^3": 1e3}),
+}
+
+
+def quantity(value: Any, kind: str, name: str) -> Any:
+    """A number in the unit of `kind`, or words with a unit: "3 kPa" is 3000.0, "8 mm" is 0.008.
+
+    name: of the argument, for the message.
+    """
+    if not isinstance(value, str):
+        return value
+    unit, factors = _UNITS[kind]
+    words = re.fullmatch(r"\s*([-+0-9.eE]+)\s*(\S+)\s*", value)
+    try:
+        return float(words[1]) * factors[words[2]]  # type: ignore[index]
+    except (TypeError, KeyError, ValueError):
+        few = ", ".join(factors)
+        raise ValueError(f'{name}="{value}": a number in {unit}, or words such as "3 {list(factors)[1]}" (units: {few})') from None
+
+
+def meters_per(unit: str) -> float:
+    """Length of a unit, m."""
+    factors = _UNITS["length"][1]
+    if unit not in factors:
+        raise ValueError(f'unit="{unit}": one of {", ".join(factors)}')
+    return factors[unit]

@@ -33,6 +33,27 @@ class Camera(c.OmCamera):
         lib.om_camera_check(ctypes.byref(self))
 
     @classmethod
+    def from_matrix(cls, matrix: Any, width: int, height: int, pose_world_camera: Any = None, distortion: Any = (),
+                    near: float = 0.01, far: float = 2.0) -> Camera:
+        """The camera of a calibration by OpenCV, or of a ROS CameraInfo.
+
+        matrix: (3 x 3) with fx, fy, cx, cy in pixels; the centre of the first pixel is (0, 0), as OpenCV has it.
+        pose_world_camera: (4 x 4), z forward, x right, y down, m; None: at the origin, looking along z.
+        distortion: k1, k2, p1, p2, k3, or fewer of them.
+        """
+        matrix = array_of(matrix, np.float64, (3, 3), "matrix")
+        names = ("k1", "k2", "p1", "p2", "k3")
+        values = np.ravel(np.asarray(distortion, dtype=float))
+        if len(values) > len(names):
+            raise ValueError(f"distortion has {len(values)} values: {', '.join(names)} are known")
+        if matrix[0, 1] != 0 or not np.array_equal(matrix[2], (0, 0, 1)):
+            raise ValueError("matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] is needed")
+        lens = {"fx": matrix[0, 0], "fy": matrix[1, 1], "cx": matrix[0, 2] + 0.5, "cy": matrix[1, 2] + 0.5}
+        lens.update(zip(names, values.tolist()))
+        place = np.eye(4) if pose_world_camera is None else pose_world_camera
+        return cls(pose_world_camera=place, width=width, height=height, near=near, far=far, lens=lens)
+
+    @classmethod
     def _copy(cls, raw: Any) -> Camera:
         camera = cls.__new__(cls)
         ctypes.memmove(ctypes.byref(camera), ctypes.byref(raw), ctypes.sizeof(raw))

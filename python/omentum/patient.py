@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
+from ._convert import quantity
 from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of
 from .mesh import Surface, TetMesh
 from .volume import Volume, without_dicom
@@ -79,13 +80,14 @@ def _unpickle(files: dict[str, bytes]) -> Patient:
         return Patient.load(folder)
 
 
-def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: int | str | list[int | str] | None = None,
+def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | str, label: int | str | list[int | str] | None = None,
                   attach: str | list[str] | None = None, sheet: dict[str, Any] | None = None, over: dict[str, Any] | None = None,
                   name: str | None = None, progress: bool | ProgressFunction | None = None, **options: Any) -> Patient:
     """Build a patient model from a label map or a file.
 
-    source: a Volume, or a file: NIfTI, NRRD, a volume mesh, a closed surface; a DICOM series, where dcm2niix is installed.
-    edge: mean edge of the mesh, m.
+    source: a Volume, or an array (nx, ny, nz) with `spacing` or `affine`, and `unit`, as of Volume; or a file: NIfTI, NRRD, a
+    volume mesh, a closed surface; a DICOM series, where dcm2niix is installed.
+    edge: mean edge of the mesh, m, or words: "8 mm".
     label: labels that are meshed together, by number or by the name in the file; None: the one label above 0.
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
     over: fields of OmOverDef for labelled tissue over a labelled organ: {"label": [2, 3], "roi": 3}; 3 is to be exposed.
@@ -93,8 +95,13 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
     options: other fields of OmModelDef, such as keep_all, close_radius, smooth, threshold (0.5 for a label map that was
     interpolated); has_bending_test=False saves 0.5 to 1 s.
     """
+    places = {k: options.pop(k) for k in ("spacing", "affine", "unit") if k in options}
+    if not isinstance(source, (Volume, str, bytes, os.PathLike)):
+        source = Volume(source, **places)
+    elif places:
+        raise TypeError(f"{', '.join(places)}: for an array only; a Volume or a file has its own")
     path = b"" if isinstance(source, Volume) else path_of(source)
-    definition = lib.om_model_default_def(path, edge)
+    definition = lib.om_model_default_def(path, quantity(edge, "length", "edge"))
     if name is not None or isinstance(source, Volume):
         definition.name = name or "volume"
     for item in [] if label is None else [label] if isinstance(label, (str, int, np.integer)) else label:

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of
-from ._lib import Handle, Owner, lib, view
+from ._lib import Handle, Owner, lib, pose, view
 from .scene import Site
 from .world import Observation, World
 
@@ -56,6 +56,37 @@ class Scan(Owner):
             lib.om_scan_from_observation(ctypes.byref(definition), ctypes.byref(space), ctypes.byref(picture), ctypes.byref(raw))
         finally:
             lib.om_observation_done(ctypes.byref(picture))
+        scan = cls.__new__(cls)
+        scan._own(raw)
+        return scan
+
+    @classmethod
+    def from_depth(cls, depth: Any, camera: c.OmCamera, mask: Any = None, box: Any = None, spacing: float = 0.003,
+                   time: float = 0.0, **fields: Any) -> Scan:
+        """The tissue in a depth picture of any depth camera. Every pixel with a depth is taken for tissue, so leave out what is
+        none by `mask` or `box`; Scan.from_observation knows tools, board and organ, and tells tissue by its colour.
+
+        depth: (height x width), m along the camera's z; 0, NaN: no depth.
+        mask: (height x width), true where the picture shows tissue; None: everywhere.
+        box: ((x, y, z), (x, y, z)), the corners of the space in which tissue can be, m; None: everywhere.
+        spacing: m, mean distance of neighbouring points. fields: others of OmScanDef, such as max_jump, min_area, noise_a.
+        """
+        shape = (camera.height, camera.width)
+        depth = np.array(array_of(depth, np.float32, shape, "depth"))
+        if mask is not None:
+            depth[~array_of(mask, np.bool_, shape, "mask")] = 0
+        if depth.size and np.nanmax(depth) > 20:
+            raise ValueError(f"depth: {np.nanmax(depth):g} m is the largest; depths are in metres, 250 mm is 0.25")
+        low, high = ((-1e3,) * 3, (1e3,) * 3) if box is None else box
+        definition = lib.om_scan_default_def(spacing)
+        definition.use_color = False
+        definition.assign(fields)
+        field, picture, raw = c.OmScanField(), c.OmDepthPicture(), c.OmScan()
+        field.pose_task_world = pose(np.eye(4))
+        field.lo, field.hi = low, high
+        picture.time, picture.depth = time, depth.ctypes.data
+        ctypes.memmove(ctypes.byref(picture.camera), ctypes.byref(camera), ctypes.sizeof(c.OmCamera))
+        lib.om_scan_from_picture(ctypes.byref(definition), ctypes.byref(field), ctypes.byref(picture), ctypes.byref(raw))
         scan = cls.__new__(cls)
         scan._own(raw)
         return scan

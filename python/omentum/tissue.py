@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import ctypes
 import os
+import warnings
 from typing import Any
 
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, find_enum, index_array
+from ._convert import array_of, find_enum, index_array, quantity
 from ._lib import (Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, path_of,
                    pose, view)
 from .engine import Engine
@@ -77,6 +78,12 @@ def _make_bonds(mesh: Any, bonds: list[tuple[Any, tuple[int, int], float]]) -> t
     return done, table
 
 
+_NO_MATERIAL = ('material="{}": materials have no names here, because the same organ differs by a factor of ten between people '
+                'and studies; give young="3 kPa", poisson=0.45 and law="neo-hookean", with the values of your source')
+_FALLS = ("the tissue is held by nothing and falls: attach it (the mesh's set \"attachment\", or set_attachment), grasp it, give it "
+          "a ground (Contact), or set gravity=(0, 0, 0)")
+
+
 class Tissue(Owner):
     """Tissue of a mesh: positions (m), forces (N) and time of one simulation.
 
@@ -87,7 +94,7 @@ class Tissue(Owner):
         tissue.forces().pull[0]                 # N
     """
 
-    def __init__(self, mesh: TetMesh | Patient, engine: str | Engine = "fem", *, young: float | None = None,
+    def __init__(self, mesh: TetMesh | Patient, engine: str | Engine = "fem", *, young: float | str | None = None,
                  poisson: float | None = None, law: str | c.OmLaw | None = None,
                  materials: list[dict[str, Any]] | None = None, file: str | None = None,
                  numbers: dict[str, float] | None = None, bonds: list[tuple[Any, tuple[int, int], float]] | None = None,
@@ -95,7 +102,7 @@ class Tissue(Owner):
         """
         mesh: its set "attachment" is held; of a Patient the mesh and the materials are taken.
         engine: "fem", "pbd", "xpbd", "springs", "chainmail", "umesh" with the `file` of a trained network, or an Engine.
-        young (Pa), poisson, law: of all tissue; default 3000, 0.45, "corotational".
+        young (Pa, or words: "3 kPa"), poisson, law: of all tissue; default 3000, 0.45, "corotational".
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
         bonds: springs between bodies of the mesh, for each a tuple: vertices of one body, (first, end) of the tetrahedra of the
@@ -103,6 +110,12 @@ class Tissue(Owner):
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
         rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
+        if "material" in options:
+            raise TypeError(_NO_MATERIAL.format(options["material"]))
+        if young is not None:
+            young = quantity(young, "stress", "young")
+        if "density" in options:
+            options["density"] = quantity(options["density"], "density", "density")
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):
             materials, mesh = materials or mesh.materials, mesh.mesh
@@ -132,6 +145,7 @@ class Tissue(Owner):
         self._handle = Handle(create(lib.om_tissue_state_create, model.address), lib.om_tissue_state_destroy, model)
         self._work = Handle(create(lib.om_tissue_work_create, model.address), lib.om_tissue_work_destroy, model)
         self._busy = Busy("Tissue")
+        self._is_looked_at = False
         shape = (len(self._mesh.x), 3)
         self._x = view(self._handle, lib.om_tissue_x(self._c), np.float64, shape)
         self._v = view(self._handle, lib.om_tissue_v(self._c), np.float64, shape)
@@ -281,10 +295,19 @@ class Tissue(Owner):
         with strict=False returns the report, whose `status` and `message` say so.
         """
         report = StepReport()
+        if not self._is_looked_at:
+            self._look_at_supports()
         with self._busy:
             forget_message()
             status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
+
+    def _look_at_supports(self) -> None:
+        """Before the first step alone: most falls are forgotten attachments."""
+        self._is_looked_at = True
+        held = self.attached.any() or (self.held_by >= 0).any() or self.external_force.any()
+        if not held and np.frombuffer(lib.om_tissue_gravity(self._model_c), np.float64).any():
+            warnings.warn(_FALLS, stacklevel=3)
 
     def find_rest(self, tolerance: float = 1e-5, max_iterations: int = 100, strict: bool = True) -> StepReport:
         """Static equilibrium under weight, external forces, attachments and tools. `strict` as of step."""

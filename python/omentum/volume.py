@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
+from ._convert import meters_per
 from ._lib import Handle, lib, path_of, view
 
 _TYPES = {
@@ -19,17 +20,22 @@ _TYPES = {
 }
 
 
+_MOST = 0.1  # m; no scanner has voxels with such a side: the numbers are millimetres
+
+
 class Volume:
     """A scalar volume: `values[i, j, k]` (nx, ny, nz) and `affine` (4 x 4), which maps (i, j, k, 1) to RAS metres.
 
-    The axes are those of nibabel, in metres instead of millimetres. Volumes can be pickled.
+    The axes are those of nibabel, in metres instead of millimetres: `Volume(image.get_fdata(), affine=image.affine, unit="mm")`.
+    Volumes can be pickled.
     """
 
-    def __init__(self, values: Any, spacing: Any = None, affine: Any = None) -> None:
+    def __init__(self, values: Any, spacing: Any = None, affine: Any = None, unit: str = "m") -> None:
         """
         values: (nx, ny, nz) of any integer or floating type; booleans become bytes.
-        spacing: m, one number or one for each axis; the centre of voxel (0, 0, 0) is the origin.
-        affine: (4 x 4) in place of `spacing`, m.
+        spacing: one number or one for each axis; the centre of voxel (0, 0, 0) is the origin.
+        affine: (4 x 4) in place of `spacing`.
+        unit: of spacing or affine: "m", "cm", "mm" or "um". Voxels with a side above 0.1 m are refused.
         """
         values = np.asarray(values)
         if values.ndim != 3:
@@ -44,6 +50,10 @@ class Volume:
         self.affine = np.array(affine, dtype=np.float64)
         if self.affine.shape != (4, 4):
             raise ValueError(f"affine has shape {self.affine.shape}: 4 x 4 is needed")
+        self.affine[:3] *= meters_per(unit)
+        if unit == "m" and self.spacing.max() > _MOST:
+            raise ValueError(f"voxels of {self.spacing.max():g} m: spacing and affine are in metres, 2 mm is 0.002; "
+                             'for millimetres add unit="mm"')
         self._type()
 
     def _type(self) -> c.OmVoxelType:
@@ -81,7 +91,9 @@ class Volume:
             values = raw.slope * values + raw.inter
         affine = np.eye(4)
         affine[:3, :3], affine[:3, 3] = raw.grid.axis, raw.grid.origin
-        return cls(values, affine=affine)
+        volume = cls.__new__(cls)  # a file states its own unit
+        volume.values, volume.affine = values, affine
+        return volume
 
     def _as_c(self) -> Any:
         """An OmVolume that borrows the voxels."""

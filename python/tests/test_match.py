@@ -51,6 +51,46 @@ def lifted(is_slow):
     return scene, twin, world, begin, now
 
 
+def place_above(height):
+    """A camera at (0, 0, height) that looks down, its x axis along that of the world."""
+    place = np.diag([1.0, -1, -1, 1])
+    place[2, 3] = height
+    return place
+
+
+def test_a_camera_of_a_calibration_sees_as_opencv_says():
+    """u = fx x/z (1 + k1 r^2 + k2 r^4) + cx, where the centre of the first pixel is 0; ours has it at 0.5."""
+    k = np.array([[310.0, 0, 150], [0, 305, 122], [0, 0, 1]])
+    camera = om.Camera.from_matrix(k, 320, 240, place_above(0.3), distortion=(0.1, -0.05))
+    world = np.array([[0.02, -0.03, 0.05], [-0.06, 0.04, 0.0]])
+    x, y, z = world[:, 0], -world[:, 1], 0.3 - world[:, 2]
+    r2 = (x / z) ** 2 + (y / z) ** 2
+    bend = 1 + 0.1 * r2 - 0.05 * r2**2
+    there = np.stack([310 * bend * x / z + 150, 305 * bend * y / z + 122], axis=1)
+    assert camera.project(world) == pytest.approx(there + 0.5, abs=1e-9)
+    with pytest.raises(ValueError, match="k1, k2, p1, p2, k3 are known"):
+        om.Camera.from_matrix(k, 320, 240, distortion=np.zeros(8))
+    with pytest.raises(ValueError, match="fx, 0, cx"):
+        om.Camera.from_matrix(k.T, 320, 240)
+
+
+def test_a_scan_of_any_depth_picture():
+    """A slope of 1 in 5 over a floor; the mask has the left half, the box leaves out the floor."""
+    camera = om.Camera.from_matrix([[300, 0, 159.5], [0, 300, 119.5], [0, 0, 1]], 320, 240, place_above(0.3))
+    u, v = np.meshgrid(np.arange(320), np.arange(240))
+    x = (u - 159.5) / 300
+    depth = np.where(np.abs(v - 119.5) < 80, 0.25 / (1 + 0.2 * x), 0.3)  # z = 0.05 + 0.2 X on the slope
+    scan = om.Scan.from_depth(depth, camera, mask=u < 160, box=((-1, -1, 0.01), (1, 1, 1)))
+    assert len(scan.x) > 300 and scan.x[:, 0].max() < 0.001 and scan.x[:, 2].min() > 0.01
+    assert scan.x[:, 2] == pytest.approx(0.05 + 0.2 * scan.x[:, 0], abs=2e-5)
+    normal = scan.normal[np.linalg.norm(scan.normal, axis=1) > 0].mean(axis=0)
+    assert normal / np.linalg.norm(normal) == pytest.approx(np.array([-0.2, 0, 1]) / np.sqrt(1.04), abs=0.02)
+    everything = om.Scan.from_depth(depth, camera)
+    assert everything.x[:, 0].max() > 0.1 and everything.x[:, 2].min() == pytest.approx(0, abs=1e-4)
+    with pytest.raises(ValueError, match="metres, 250 mm is 0.25"):
+        om.Scan.from_depth(1000 * depth, camera)
+
+
 def test_the_attachments_are_found_from_a_depth_picture(lifted, alive):
     scene, twin, world, begin, now = lifted
     observation = world.observe(om.DEPTH | om.COLOR)

@@ -165,6 +165,28 @@ def test_sides_of_a_voxel_belong_to_its_axes():
     assert om.Volume(np.zeros((2, 2, 2), np.uint8), affine=oblique).spacing == pytest.approx([0.005, 0.010, 0.002])
 
 
+def test_lengths_have_their_unit(ellipsoid):
+    """2 mm written as 2 would be a patient of 90 m."""
+    values = ellipsoid.values
+    with pytest.raises(ValueError, match=r'2 mm is 0\.002; for millimetres add unit="mm"'):
+        om.Volume(values, spacing=2.0)
+    with pytest.raises(ValueError, match="metres"):
+        om.Volume(values, affine=np.diag([0.002, 0.002, 2.0, 1.0]))
+    same = om.Volume(values, spacing=(2, 2, 2), unit="mm")
+    assert same.affine == pytest.approx(ellipsoid.affine, abs=1e-15)
+    affine = np.diag([2.0, 2.0, 2.0, 1.0])
+    affine[:3, 3] = (10, 20, 30)
+    assert om.Volume(values, affine=affine, unit="mm").affine[:3, 3] == pytest.approx([0.010, 0.020, 0.030], abs=1e-15)
+    with pytest.raises(ValueError, match="one of m, cm, mm, um"):
+        om.Volume(values, spacing=2, unit="inch")
+    patient = build(values, edge="8 mm", label=1, spacing=2, unit="mm")
+    assert patient.mesh.volume == pytest.approx(ELLIPSOID, rel=0.04)
+    with pytest.raises(ValueError, match='edge="8 foot"'):
+        build(ellipsoid, edge="8 foot")
+    with pytest.raises(TypeError, match="spacing: for an array only"):
+        build(ellipsoid, edge=0.008, spacing=0.002)
+
+
 def test_nifti_of_another_writer_becomes_a_patient(ellipsoid, tmp_path):
     """A file written by nibabel, in millimetres and with an oblique affine: voxels, places, and the mesh."""
     nibabel = pytest.importorskip("nibabel")

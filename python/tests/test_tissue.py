@@ -2,6 +2,7 @@
 import os
 import pickle
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -13,6 +14,12 @@ def hang(mesh, **options):
     tissue = om.Tissue(mesh, young=2e4, poisson=0.3, **options)
     tissue.find_rest(1e-6)
     return tissue
+
+
+def hang_of(mesh, young, density):
+    tissue = om.Tissue(mesh, young=young, poisson=0.3, density=density)
+    tissue.find_rest(1e-6)
+    return tissue.x.copy()
 
 
 def test_attachments_carry_the_weight(box):
@@ -151,6 +158,29 @@ def test_a_result_that_did_not_converge_is_never_silent(box):
     tissue.reset()
     report = tissue.find_rest(1e-9, max_iterations=1, strict=False)
     assert report.status == om.capi.OmStatus.NOT_CONVERGED and report.message
+
+
+def test_numbers_may_have_words(box):
+    """A modulus of 20 kPa hangs as one of 20,000 Pa; material names are refused with what works."""
+    x = [hang_of(box, young=young, density=density) for young, density in ((2e4, 900), ("20 kPa", "0.9 g/cm^3"))]
+    assert np.array_equal(*x)
+    with pytest.raises(ValueError, match='young="20 psi": a number in Pa, or words such as "3 kPa"'):
+        om.Tissue(box, young="20 psi")
+    with pytest.raises(TypeError, match='young="3 kPa"'):
+        om.Tissue(box, material="liver")
+
+
+def test_what_nothing_holds_warns_before_it_falls(box):
+    free = om.TetMesh(box.x, box.tet)
+    with pytest.warns(UserWarning, match="held by nothing and falls"):
+        om.Tissue(free).step()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        om.Tissue(free, gravity=(0, 0, 0)).step()
+        om.Tissue(box).step()
+        grasped = om.Tissue(free)
+        grasped.grasp(free.x[0])
+        grasped.step()
 
 
 def test_snapshots_return_to_the_same_bits(box):

@@ -43,7 +43,7 @@ static inline OmBanetData make_data(void) {
                         .seed = 77,
                         .hash = 77,
                         .side = 0.32,
-                        .generator = "omentum banet 2",
+                        .generator = "omentum banet 3",
                         .way = "exact",
                         .element = "linear"};
     data.sample = om_calloc(NSHEET, sizeof *data.sample);

@@ -158,7 +158,7 @@ static void test_workers(void** state) {
     // a sample of the set, made alone
     assert_ok(om_banet_data_load(one.dir, 0, &data));
     assert_true(data.nsample == 6 && data.first == 0 && data.seed == 77 && data.side == 0.6);
-    assert_string_equal(data.generator, "omentum banet 2");
+    assert_string_equal(data.generator, "omentum banet 3");
     assert_string_equal(data.way, om_banet_way_name(def.sample.way));
     assert_string_equal(data.law, "neo-hookean");
     assert_string_equal(data.element, "quadratic");
