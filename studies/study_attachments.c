@@ -281,12 +281,16 @@ static OmStatus take_network(Layout* l, const double* probability, int nused, Vi
     u->is_accepted = nused > 0;
     u->nlost = v.n - nused;
     if (nused == 0) snprintf(u->reason, sizeof u->reason, "no correspondence");
+    double *p, threshold = 1;
+    OM_ALLOC(p, (size_t)l->r->nnode);
+    for (int i = 0; i < l->r->nnode; ++i) p[i] = probability[l->under->vert[i]];
+    OmStatus status = om_banet_choose_threshold(l->r->nnode, p, &threshold);
     for (int i = 0; i < l->r->nnode; ++i) {
-        double p = probability[l->under->vert[i]];
-        u->probability[i] = (float)p;
-        u->attached[i] = p >= l->threshold;
+        u->probability[i] = (float)p[i];
+        u->attached[i] = p[i] >= threshold;
     }
-    return move_all(l, u, NULL, v);
+    om_free(p);
+    return status < 0 ? status : move_all(l, u, NULL, v);
 }
 
 // The network's three views, intersected; views without correspondence are left out.

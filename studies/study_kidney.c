@@ -58,7 +58,6 @@ static OmStatus load_network(Kidney* s, OmBanetNet** net) {
     if (!*net) return OM_OK;
     s->estimate = estimate;
     s->estimate_ctx = *net;
-    s->threshold = om_banet_net_threshold(*net);
     s->net_hash = om_banet_net_hash(*net);
     return OM_OK;
 }

@@ -144,7 +144,6 @@ typedef struct Kidney {
     OmSite twin;                 // without attachments
     OmBanetEstimateFn estimate;  // of the network; null: none
     void* estimate_ctx;
-    double threshold;   // of its probability
     uint64_t net_hash;  // om_banet_net_hash; 0: none
     // [state][run], by index into cases  (nstate x nrun)
     KidneyResult* result;

@@ -109,7 +109,6 @@ static OmStatus make_matches(Operation* o) {
         OmBanetUpdateDef update = om_banet_update_default_def(o->match);
         update.estimate = o->s->estimate;
         update.estimate_ctx = o->s->estimate_ctx;
-        update.threshold = o->s->threshold;
         OM_TRY(om_banet_updater_create(&update, &o->updater));
     }
     OmMaterial material = {.law = o->s->scene.tissue.law,
@@ -283,8 +282,14 @@ static OmStatus take_advice(Operation* o, int way, const OmBanetAdvice* advice, 
     const unsigned char* last = o->belief[way].attached;
     g->is_accepted = advice->nused > 0;
     snprintf(g->reason, sizeof g->reason, "%.119s", g->is_accepted ? "" : advice->reason);
+    double *under, threshold = 1;
+    OM_ALLOC(under, (size_t)o->under->nvert);
+    for (int k = 0; k < o->under->nvert; ++k) under[k] = p[o->under->vert[k]];
+    OmStatus status = om_banet_choose_threshold(o->under->nvert, under, &threshold);
+    om_free(under);
+    if (status < 0) return status;
     for (int v = 0; v < o->node->nvert; ++v)
-        o->attached[v] = g->is_accepted ? p[v] >= o->s->threshold : last[v];
+        o->attached[v] = g->is_accepted ? p[v] >= threshold : last[v];
     return take(o, way, g);
 }
 

@@ -5,6 +5,7 @@
 // CHUNK samples.
 #include <string.h>
 
+#include "omentum/banet_fuse.h"
 #include "omentum/banet_net.h"
 #include "studies/study_kidney_case.h"
 #include "studies/study_match_case.h"
@@ -26,8 +27,10 @@ OmStatus om__kidney_sample_guess(const Kidney* s, SimBody* body) {
     OM_ALLOC(probability, (size_t)surface->nvert);
     OmStatus status =
         s->estimate(s->estimate_ctx, surface, body->sample->u, body->sample->seen, probability);
+    double threshold = 1;
+    if (status >= 0) status = om_banet_choose_threshold(surface->nvert, probability, &threshold);
     for (int i = 0; i < surface->nvert && status >= 0; ++i)
-        body->guess[i] = probability[i] >= s->threshold;
+        body->guess[i] = probability[i] >= threshold;
     om_free(probability);
     return status;
 }

@@ -21,6 +21,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "omentum/banet_fuse.h"
 #include "omentum/match_live.h"
 #include "omentum/world_cloud.h"
 #include "studies/study_attach_protocol.h"
@@ -111,7 +112,7 @@ static OmStatus make_twin(Bench* b) {
         if (b->s->def->side > 0) update.side = b->s->def->side;
         update.estimate = b->s->estimate;
         update.estimate_ctx = b->s->def->estimate_ctx;
-        update.threshold = b->s->threshold;
+        if (!b->s->net) update.threshold = b->s->threshold;
         update.is_corrected = true;
         OM_TRY(om_banet_updater_create(&update, &b->updater));
     }
@@ -320,17 +321,20 @@ static OmStatus run_physics(Bench* b, int n, const OmAcquisition* acquisition,
 }
 
 // Probabilities of the network from n views, of which nlost have no correspondence.
-static void take_network(Bench* b, const double* probability, int n, int nlost, const char* reason,
-                         PhantomEstimate* out) {
+static OmStatus take_network(Bench* b, const double* probability, int n, int nlost,
+                             const char* reason, PhantomEstimate* out) {
     out->is_there = 1;
     out->is_accepted = nlost < n;
     out->nlost = nlost;
     if (!out->is_accepted) set_reason(out, reason);
+    double p[PHANTOM_MAX_NODE], threshold = b->s->threshold;
+    for (int i = 0; i < b->r->nnode; ++i) p[i] = probability[b->under->vert[i]];
+    if (b->s->net) OM_TRY(om_banet_choose_threshold(b->r->nnode, p, &threshold));
     for (int i = 0; i < b->r->nnode; ++i) {
-        double p = probability[b->under->vert[i]];
-        out->probability[i] = (float)p;
-        out->attached[i] = p >= b->s->threshold;
+        out->probability[i] = (float)p[i];
+        out->attached[i] = p[i] >= threshold;
     }
+    return OM_OK;
 }
 
 // The network of each acquisition, of all of them, and with physics. The caller frees the advice.
@@ -342,8 +346,8 @@ static OmStatus run_network(Bench* b, int n, const OmAcquisition* acquisition,
     OmStatus status = om_banet_update(b->updater, n, acquisition, NULL, &estimate, advice);
     if (status >= 0) {
         take(b, &estimate, &by[OM_STUDY_PHANTOM_ALL]);
-        take_network(b, advice->probability, n, n - advice->nused, advice->reason,
-                     &by[OM_STUDY_PHANTOM_FUSION]);
+        status = take_network(b, advice->probability, n, n - advice->nused, advice->reason,
+                              &by[OM_STUDY_PHANTOM_FUSION]);
     }
     om_match_estimate_done(&estimate);
     return status < 0 ? status : OM_OK;
@@ -360,9 +364,10 @@ static OmStatus eval_network(Bench* b, int i) {
     const double* last = advice.view + (size_t)(n - 1) * (size_t)b->mesh->nvert;
     bool is_lost = true;
     for (int v = 0; v < b->mesh->nvert; ++v) is_lost = is_lost && last[v] <= 0;
-    take_network(b, last, 1, is_lost, advice.reason, &out->by[OM_STUDY_PHANTOM_NETWORK]);
+    OmStatus status =
+        take_network(b, last, 1, is_lost, advice.reason, &out->by[OM_STUDY_PHANTOM_NETWORK]);
     om_banet_advice_done(&advice);
-    return OM_OK;
+    return status;
 }
 
 static OmStatus eval_view(Bench* b, int i) {

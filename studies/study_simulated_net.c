@@ -1,4 +1,5 @@
 // study_simulated_net.c: the network of the study of simulated bodies.
+#include "omentum/banet_fuse.h"
 #include "omentum/banet_net.h"
 #include "studies/study_simulated_internal.h"
 
@@ -17,7 +18,8 @@ OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability) 
     const OmBanetSample* sample = body->sample;
     OM_TRY(om_banet_estimate(s->net, body->side, &sample->surface, sample->u, sample->seen,
                              probability));
-    for (int i = 0; i < sample->surface.nvert; ++i)
-        body->guess[i] = probability[i] >= s->sum.threshold;
+    double threshold;
+    OM_TRY(om_banet_choose_threshold(sample->surface.nvert, probability, &threshold));
+    for (int i = 0; i < sample->surface.nvert; ++i) body->guess[i] = probability[i] >= threshold;
     return OM_OK;
 }

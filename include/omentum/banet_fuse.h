@@ -60,6 +60,14 @@ OM_API OmStatus om_banet_intersect(int nview, const OmBanetView* view, int nlate
 OM_API OmStatus om_banet_intersect_grasps(int nview, const OmBanetView* view, double threshold,
                                           int n, unsigned char* attached);
 
+/// Where calibrated probabilities are cut to give the attached set of greatest expected DSC: that of the set p >= t is
+/// 2 S(t) / (n(t) + S(0)), with its number n and the sum S of its probabilities (Lipton et al. 2014, of F1). A sure
+/// estimate is cut near 0.5, a vague one lower. Of sets within 0.0075 of the best the largest is taken, for its TPR.
+/// @param probability  0 to 1; of vertices that may be attached                            (n)
+/// @param threshold    above 0; 1 where all probabilities are 0
+/// @return OM_OK; OM_INVALID (a probability that is none: the message names its vertex); OM_NO_MEMORY
+OM_API OmStatus om_banet_choose_threshold(int n, const double* probability, double* threshold);
+
 #ifdef __cplusplus
 }
 #endif

@@ -112,7 +112,7 @@ typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
 } OmBanetTrainDef;
 
 typedef struct OmBanetTrainSummary {
-    double dsc, tpr;  // means over the validation samples at the threshold, best epoch
+    double dsc, tpr;  // means over the validation samples as in OmBanetEval, best epoch
     double ece;       // expected calibration error on them, which also gave the calibration
     double threshold;
     int best_epoch, nepoch;
@@ -135,7 +135,7 @@ OM_API OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* pro
 
 typedef struct OmBanetEval {  // of cells that hold a surface vertex; om_banet_eval_done frees
     int n;                    // samples
-    double *dsc, *tpr;  // (4.3) and (4.6) of each sample at the threshold                     (n)
+    double *dsc, *tpr;  // (4.3) and (4.6) of each sample, cut by om_banet_choose_threshold     (n)
     double mean_dsc, mean_tpr;
     double dsc_quartile[3], tpr_quartile[3];  // lower, median, upper
     double bin_predicted[OM_BANET_NBIN];      // mean probability of bins of equal count, ascending

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #define COOKIE 0xba2e7f05u
+#define NEARLY 0.0075  // of the expected DSC
 
 OmBanetFuseDef om_banet_fuse_default_def(void) {
     return (OmBanetFuseDef){.base = 0.275,
@@ -137,5 +138,33 @@ OmStatus om_banet_intersect_grasps(int nview, const OmBanetView* view, double th
     memset(attached, nview > 0, (size_t)n);
     for (int k = 0; k < nview; ++k)
         if (count_newer(nview, view, k, true) == 0) intersect(&view[k], threshold, n, attached);
+    return OM_OK;
+}
+
+// Sets end where the probability falls: p ascends, the set has its last k.
+static bool is_set(const double* p, int n, int k) { return k == n || p[n - k - 1] < p[n - k]; }
+
+OmStatus om_banet_choose_threshold(int n, const double* probability, double* threshold) {
+    double *p, all = 0, sum = 0, best = 0;
+    *threshold = 1;
+    for (int i = 0; i < n; ++i) {
+        OM_CHECK(is_share(probability[i]), OM_INVALID,
+                 "banet: probability[%d] = %g, must be 0 to 1", i, probability[i]);
+        all += probability[i];
+    }
+    if (!(all > 0)) return OM_OK;
+    OM_ALLOC(p, n);
+    memcpy(p, probability, (size_t)n * sizeof *p);
+    om_sort_doubles(p, n);
+    for (int k = 1; k <= n; ++k) {
+        sum += p[n - k];
+        if (is_set(p, n, k)) best = fmax(best, 2 * sum / (k + all));
+    }
+    sum = 0;
+    for (int k = 1; k <= n && p[n - k] > 0; ++k) {
+        sum += p[n - k];
+        if (is_set(p, n, k) && 2 * sum / (k + all) >= best - NEARLY) *threshold = p[n - k];
+    }
+    om_free(p);
     return OM_OK;
 }

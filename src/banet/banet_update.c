@@ -21,8 +21,9 @@
 
 #define COOKIE 0xba2e70d1u
 #define MAX_TRY 4
-#define SEEN 0.1  // a vertex above this counts as seen
-#define ODDS 2.5  // of the lower and higher thresholds to that of the network
+#define SEEN 0.1   // a vertex above this counts as seen
+#define ODDS 2.5   // of the lower and higher thresholds to that of the network
+#define MOST 0.98  // threshold
 
 #define THIN 0.006  // m; a thinner body has a grid of smaller side
 
@@ -152,8 +153,6 @@ static OmStatus make(OmBanetUpdater* u) {
     OM_ALLOC(u->seen_x, 3 * n);
     u->last = om_calloc(nvert, 1);
     if (!u->last) return OM_NO_MEMORY;
-    if (u->def.threshold == 0)
-        u->def.threshold = u->def.net ? om_banet_net_threshold(u->def.net) : 0.5;
     if (u->def.net && !u->def.estimate) {
         OM_TRY(make_network(u));
         u->def.estimate = estimate_by_net;
@@ -369,9 +368,24 @@ static OmStatus use_network(Work* w, const OmProgress* progress) {
     return OM_OK;
 }
 
-static void add_level(OmBanetUpdater* u, const double* probability, double odds,
+// Where the network's set ends.
+static OmStatus find_threshold(const OmBanetUpdater* u, const double* probability,
+                               double* threshold) {
+    const OmMatchView* view = u->view;
+    double* p;
+    *threshold = u->def.threshold;
+    if (*threshold > 0) return OM_OK;
+    OM_ALLOC(p, view->ncandidate);
+    for (int i = 0; i < view->ncandidate; ++i) p[i] = probability[view->candidate[i]];
+    OmStatus status = om_banet_choose_threshold(view->ncandidate, p, threshold);
+    *threshold = fmin(*threshold, MOST);
+    om_free(p);
+    return status;
+}
+
+static void add_level(OmBanetUpdater* u, const double* probability, double threshold, double odds,
                       OmMatchAdvice* advice) {
-    double level = odds * u->def.threshold / (1 - u->def.threshold);
+    double level = odds * threshold / (1 - threshold);
     level /= 1 + level;
     unsigned char* set = u->set + (size_t)advice->nset * (size_t)u->view->mesh->nvert;
     for (int v = 0; v < u->view->mesh->nvert; ++v) set[v] = probability[v] >= level;
@@ -384,11 +398,13 @@ static OmStatus estimate_with(Work* w, const OmProgress* progress, OmMatchEstima
     if (u->def.tries_last_corrected) advice.present = u->last;
     if (w->nview > 0) {
         const double* p = w->advice->probability;
+        double threshold;
         advice.probability = p;
-        add_level(u, p, 1, &advice);
+        OM_TRY(find_threshold(u, p, &threshold));
+        add_level(u, p, threshold, 1, &advice);
         if (advice.nset < u->def.ntry) advice.set[advice.nset++] = u->last;
-        if (advice.nset < u->def.ntry) add_level(u, p, 1 / ODDS, &advice);
-        if (advice.nset < u->def.ntry) add_level(u, p, ODDS, &advice);
+        if (advice.nset < u->def.ntry) add_level(u, p, threshold, 1 / ODDS, &advice);
+        if (advice.nset < u->def.ntry) add_level(u, p, threshold, ODDS, &advice);
     }
     return om_match_update_with(u->def.match, w->nacq, w->acq, &advice, progress, estimate);
 }

@@ -182,7 +182,10 @@ static OmStatus make_coarse(const BanetTruth* t, Twin* twin) {
     twin->coarse_set = (OmMeshSet){.name = "attachment", .nvert = nheld, .vert = twin->coarse_list};
     mesh->nset = 1;
     mesh->set = &twin->coarse_set;
-    return OM_OK;
+    // the vertices of an element that has settled on the board may be inverted where the element is not
+    return om_tet_mesh_validate(mesh) == OM_OK
+               ? OM_OK
+               : om_error_prefix(OM_NOT_CONVERGED, "banet: no twin");
 }
 
 // The twin knows board and weight, but neither stiffness nor attachments.
@@ -218,7 +221,7 @@ static OmStatus twin_init(const BanetViewDef* def, const BanetTruth* t, OmRng* r
     site->poisson = t->poisson;
     site->density = t->density;
     site->gravity = t->gravity;
-    if (t->node) OM_TRY_DONE(make_coarse(t, twin));
+    if (t->node) status = make_coarse(t, twin);
 done:
     return status;
 }
@@ -319,7 +322,8 @@ OmStatus om__banet_view_measure(const BanetViewDef* def, const BanetTruth* t, Om
     OmStatus status;
     bool keeps_lost = om_rng_uniform(rng) < def->keep_lost;
     OM_TRY_DONE(om__banet_tool_make(t, rng, &tool));
-    OM_TRY_DONE(twin_init(def, t, rng, &report, &twin));
+    status = twin_init(def, t, rng, &report, &twin);
+    if (status != OM_OK) goto done;
     double begin = om_clock_now();
     status = om__banet_look(def, t, &tool, &twin.site, rng, &scan, &report.npixel);
     if (status != OM_OK) goto done;

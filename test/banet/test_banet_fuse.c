@@ -109,6 +109,65 @@ static void test_intersections(void** state) {
     assert_memory_equal(got, ((unsigned char[]){0, 0, 0}), 3);
 }
 
+static int count_from(int n, const double* p, double t) {
+    int count = 0;
+    for (int i = 0; i < n; ++i) count += p[i] >= t;
+    return count;
+}
+
+// Mean DSC of the set p >= t over drawn truths.
+static double mean_dsc(int n, const double* p, double t, uint64_t seed) {
+    OmRng rng = om_rng_init(seed, 0);
+    double sum = 0;
+    const int ndraw = 400;
+    for (int d = 0; d < ndraw; ++d) {
+        int both = 0, either = 0;
+        for (int i = 0; i < n; ++i) {
+            bool is_true = om_rng_uniform(&rng) < p[i], is_in = p[i] >= t;
+            both += is_true && is_in;
+            either += is_true + is_in;
+        }
+        sum += either > 0 ? 2.0 * both / either : 1;
+    }
+    return sum / ndraw;
+}
+
+// Of sets p >= t, on drawn truths: no other is better by 0.01, and a larger one is worse by 0.004 or more.
+static void test_choice(void** state) {
+    (void)state;
+    enum { N = 300 };
+    double p[N], t;
+    for (int kind = 0; kind < 3; ++kind) {  // sure, vague, and hardly anything attached
+        OmRng rng = om_rng_init(5, (uint64_t)kind);
+        for (int i = 0; i < N; ++i) {
+            double r = om_rng_uniform(&rng);
+            p[i] = kind == 0   ? (r < 0.3 ? 0.97 : 0.02) + 0.02 * r
+                   : kind == 1 ? 0.6 * r
+                               : 0.1 * r * r;
+        }
+        assert_ok(om_banet_choose_threshold(N, p, &t));
+        double chosen = mean_dsc(N, p, t, 9);
+        for (int k = 1; k < 60; ++k) {
+            double other = mean_dsc(N, p, k / 60.0, 9);
+            assert_true(other <= chosen + 0.01);
+            if (k / 60.0 < 0.85 * t) assert_true(other < chosen + 0.006);
+        }
+        if (kind == 0) assert_true(count_from(N, p, t) <= count_from(N, p, 0.5) + 2);
+        if (kind == 1) assert_true(t > 0.1 && t < 0.3);
+        if (kind == 2) assert_true(t < 0.06);
+    }
+    // All alike: all or nothing. Zeros are never attached.
+    for (int i = 0; i < N; ++i) p[i] = i < N / 2 ? 0.2 : 0;
+    assert_ok(om_banet_choose_threshold(N, p, &t));
+    assert_true(t == 0.2);
+    memset(p, 0, sizeof p);
+    assert_ok(om_banet_choose_threshold(N, p, &t));
+    assert_true(t == 1);
+    p[7] = -0.1;
+    assert_int_equal(om_banet_choose_threshold(N, p, &t), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "probability[7]"));
+}
+
 static void test_invalid(void** state) {
     (void)state;
     const OmBanetFuseDef good = om_banet_fuse_default_def();
@@ -142,6 +201,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bayes),         cmocka_unit_test(test_grasps),
         cmocka_unit_test(test_forgetting),    cmocka_unit_test(test_shown),
-        cmocka_unit_test(test_intersections), cmocka_unit_test(test_invalid)};
+        cmocka_unit_test(test_intersections), cmocka_unit_test(test_choice),
+        cmocka_unit_test(test_invalid)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -368,6 +368,33 @@ static void test_out_of_view(void** state) {
     slab_done(&s);
 }
 
+// No twin: one that needs too many substeps, and one of a settled body whose vertices alone are inverted. Another view
+// is drawn then; the displacement of no other twin is taken.
+static void test_no_twin(void** state) {
+    (void)state;
+    Slab s;
+    slab_init_element(0.03, 0, om_vec3(0, 0, 0.01), OM_TET10, &s);
+    Field f = field_init(&s);
+    BanetViewDef def = exact_def();
+    make_small(&def);
+    def.keep_lost = 1;
+    def.nstep = 100;
+    OmRng rng = om_rng_init(84, 0);
+    assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, NULL),
+                     OM_NOT_CONVERGED);
+    assert_non_null(strstr(om_error_message(), "60 substeps"));
+    make_small(&def);
+    OmVec3 sum = om_vec3(0, 0, 0);  // of the face opposite to vertex 0 of the first element
+    for (int c = 1; c < 4; ++c) sum = om_add(sum, om_load3(s.mesh.x, s.node[c]));
+    om_store3(s.mesh.x, s.node[0],
+              om_madd(om_scale(2.0 / 3, sum), -1, om_load3(s.mesh.x, s.node[0])));
+    assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, NULL),
+                     OM_NOT_CONVERGED);
+    assert_non_null(strstr(om_error_message(), "no twin: "));
+    field_done(&f);
+    slab_done(&s);
+}
+
 typedef struct Work {
     Slab slab;
     Field field;
@@ -400,6 +427,7 @@ int main(void) {
         cmocka_unit_test(test_lost),        cmocka_unit_test(test_no_leak),
         cmocka_unit_test(test_tool),        cmocka_unit_test(test_look),
         cmocka_unit_test(test_out_of_view), cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_no_twin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

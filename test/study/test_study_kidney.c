@@ -225,7 +225,7 @@ static void test_samples(void** unused) {
     OmStudyKidneyDef d = study_def(dir);
     d.nsample = 3;
     KidneySample one[3], two[3];
-    Kidney s = {.def = &d, .scene = scene, .twin = twin, .sample = one, .threshold = 0.5};
+    Kidney s = {.def = &d, .scene = scene, .twin = twin, .sample = one};
     assert_ok(om__kidney_run_samples(&s));
     assert_int_equal(s.sum.nnew, 3);
     s.sample = two;  // from the file
@@ -360,7 +360,6 @@ static void test_network(void** unused) {
                 .result = &result,
                 .estimate = know,
                 .estimate_ctx = &cases.state[0],
-                .threshold = 0.5,
                 .net_hash = 7};
     assert_ok(om__kidney_run_lifts(&s));
     assert_ok(om__kidney_summarise_lifts(&s));
