@@ -4,6 +4,7 @@ from __future__ import annotations
 import ctypes
 import difflib
 import re
+import sys
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -66,8 +67,13 @@ class Struct(ctypes.Structure):
         return out
 
     def assign(self, values: dict[str, Any]) -> None:
-        """Set several fields; the value of a field that is a struct may be a dictionary."""
+        """Set several fields; the value of a field that is a struct may be a dictionary. A name that does not exist raises
+        AttributeError with the nearest one, also of the arguments of the function that calls."""
         for name, value in values.items():
+            if name not in self._names:
+                code = sys._getframe(1).f_code
+                own = code.co_varnames[:code.co_argcount + code.co_kwonlyargcount]
+                raise AttributeError(unknown(type(self).__name__, "field", name, [*self._names, *own]))
             if isinstance(value, dict) and isinstance(inner := getattr(self, name, None), Struct):
                 inner.assign(value)
             else:

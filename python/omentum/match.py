@@ -13,7 +13,7 @@ from ._convert import array_of
 from ._lib import Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, path_of, pose, refuse_fork
 from .learned import BanetNet
 from .scan import Scan
-from .scene import Body, Scene, Site
+from .scene import Body, Scene, Site, scene_of
 
 
 @dataclass
@@ -68,8 +68,9 @@ class Matcher(Owner):
         if estimate.is_accepted: adopt(twin, estimate)
     """
 
-    def __init__(self, scene: Scene, site: Site, net: BanetNet | None = None, **fields: Any) -> None:
+    def __init__(self, scene: Scene | str | os.PathLike[str], site: Site, net: BanetNet | None = None, **fields: Any) -> None:
         """fields of OmMatchDef, such as candidate (vertices that may be attached), nhypothesis, seed, nworker."""
+        scene = scene_of(scene)
         candidate = fields.pop("candidate", None)
         definition = lib.om_match_default_def(ctypes.byref(scene), ctypes.byref(site._c))
         definition.assign(fields)

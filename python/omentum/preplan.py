@@ -9,7 +9,7 @@ from typing import Any
 from . import _capi as c
 from ._lib import Progress, ProgressFunction, lib, path_of, refuse_fork, text_of
 from .plan import Plan
-from .scene import Scene
+from .scene import Scene, scene_of
 
 
 @dataclass
@@ -56,9 +56,10 @@ class Preplan:
         return text_of(lambda out: lib.om_preplan_print(ctypes.byref(self.raw), out))
 
 
-def preplan(scene: Scene, progress: bool | ProgressFunction | None = None, **settings: Any) -> Preplan:
+def preplan(scene: Scene | str | os.PathLike[str], progress: bool | ProgressFunction | None = None, **settings: Any) -> Preplan:
     """Try every grasping point of a scene in its twin, and choose. settings: fields of OmPreplanDef, such as nworker."""
     refuse_fork("a plan before the operation")
+    scene = scene_of(scene)
     definition, raw = lib.om_preplan_default_def(ctypes.byref(scene)), c.OmPreplan()
     definition.assign(settings)
     with Progress(progress) as listener:

@@ -14,7 +14,7 @@ from ._convert import find_enum, functions_of
 from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, hdf5, lib, path_of, refuse_fork, status_of
 from .plan import Plan, Planner, Situation
 from .preplan import Preplan
-from .scene import Body, Scene
+from .scene import Body, Scene, scene_of
 from .world import World
 
 _SAMPLE_NAMES = ("time", "visibility", "force", "force_world", "height", "speed_rate")
@@ -46,7 +46,7 @@ class RetractResult:
                    raw.as_dict())
 
 
-def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
+def retract(scene: Scene | str | os.PathLike[str], out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
             preplan: Preplan | None = None, supervise: Callable[[Loop], Any] | None = None,
             progress: bool | ProgressFunction | None = None, **settings: Any) -> RetractResult:
     """Run the retraction of a scene to its end: sense, plan, act, watch the force; monitor and learn, if the scene says so.
@@ -57,6 +57,7 @@ def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program
     needs_approval, records_observations, ...
     """
     refuse_fork("a retraction")
+    scene = scene_of(scene)
     definition = lib.om_retract_default_def(ctypes.byref(scene))
     definition.assign(settings)
     definition.out_dir = None if out_dir is None else path_of(out_dir)

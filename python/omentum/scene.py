@@ -68,6 +68,15 @@ def _parse_again(text: str, name: str) -> Scene:
     return Scene.parse(text, name)
 
 
+def scene_of(scene: Scene | str | os.PathLike[str]) -> Scene:
+    """A scene, also from the path of its file."""
+    if isinstance(scene, c.OmScene):
+        return scene  # type: ignore[return-value]
+    if isinstance(scene, (str, os.PathLike)):
+        return Scene.load(scene)
+    raise TypeError(f"a Scene, or the path of its file, is needed, not {type(scene).__name__}")
+
+
 class Site(Owner):
     """Mesh, fixed anatomy and region of interest of a scene.
 
@@ -75,8 +84,9 @@ class Site(Owner):
     (nroi x 3). roi_center: m (3). half_size: m (3). pose_world_task: (4 x 4). organ: Surface or None.
     """
 
-    def __init__(self, scene: Scene, role: str = "twin", progress: bool | ProgressFunction | None = None) -> None:
-        raw = c.OmSite()
+    def __init__(self, scene: Scene | str | os.PathLike[str], role: str = "twin",
+                 progress: bool | ProgressFunction | None = None) -> None:
+        scene, raw = scene_of(scene), c.OmSite()
         handle = Handle(raw, lambda site: lib.om_site_done(ctypes.byref(site)))  # before the call: Ctrl-C may come after it
         with Progress(progress) as listener:
             lib.om_site_build(ctypes.byref(scene), find_enum(c.OmSiteRole, role), listener.pointer, ctypes.byref(raw))
@@ -116,14 +126,16 @@ class Body(Owner):
         body.forces().pull[0]                               # N, less the weight that the ground no longer carries
     """
 
-    def __init__(self, source: Scene | Patient | Site, role: str = "twin", nworker: int = 0, scene: Scene | None = None,
-                 progress: bool | ProgressFunction | None = None) -> None:
+    def __init__(self, source: Scene | Patient | Site | str | os.PathLike[str], role: str = "twin", nworker: int = 0,
+                 scene: Scene | None = None, progress: bool | ProgressFunction | None = None) -> None:
         """
-        source: a scene, a patient model, or a site of `scene`.
+        source: a scene or the path of its file, a patient model, or a site of `scene`.
         role: "twin", the robot's belief, or "world", the simulated truth.
         nworker: threads of a step, 0: one a processor; results do not depend on it.
         scene: of a patient: settings such as law and engine; its tissue is replaced by the patient.
         """
+        if not isinstance(source, (Patient, Site)):
+            source = scene_of(source)
         self._made = None if isinstance(source, Site) else (source, role, nworker, scene.copy() if scene is not None else None)
         if isinstance(source, Patient):
             scene, site = _patient_site(source, scene, role, progress)

@@ -12,7 +12,7 @@ from . import _capi as c
 from ._convert import functions_of
 from ._lib import Busy, Handle, Owner, Unavailable, arm_of, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
 from .camera import Camera
-from .scene import Body, Scene, Site
+from .scene import Body, Scene, Site, scene_of
 
 VISIBILITY, IMAGE, DEPTH, COLOR = c.OM_OBSERVE_VISIBILITY, c.OM_OBSERVE_IMAGE, c.OM_OBSERVE_DEPTH, c.OM_OBSERVE_COLOR
 
@@ -182,9 +182,9 @@ class SimulatedWorld(World):
         world.observe(om.VISIBILITY).visibility
     """
 
-    def __init__(self, scene: Scene, nworker: int = 0) -> None:
+    def __init__(self, scene: Scene | str | os.PathLike[str], nworker: int = 0) -> None:
         refuse_fork("a simulated world")
-        scene = scene.copy()  # borrowed by C: later changes of the caller's scene are not for this world
+        scene = scene_of(scene).copy()  # borrowed by C: later changes of the caller's scene are not for this world
         self.scene, self.site = scene, Site(scene, "world")
         address = create(lib.om_world_create_simulated, ctypes.byref(scene), ctypes.byref(self.site._c), nworker)
         self._take(address, scene, self.site._handle)

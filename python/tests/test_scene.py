@@ -43,6 +43,27 @@ def test_a_scene_is_read_changed_and_pickled(sheet):
         sheet.tissue.law = "corotated"
 
 
+def test_a_path_is_a_scene(tmp_path):
+    path = tmp_path / "one.yaml"
+    scene = om.Scene()
+    scene.tissue.cells = (4, 4, 1)
+    path.write_text(scene.yaml())
+    assert np.array_equal(om.Body(path).mesh.x, om.Body(om.Scene.load(str(path))).mesh.x)
+    assert len(om.Site(path).mesh.x) == 5 * 5 * 2
+    for make in (om.Body, om.SimulatedWorld, om.retract, om.preplan):
+        with pytest.raises(TypeError, match="a Scene, or the path of its file, is needed, not int"):
+            make(7)
+    with pytest.raises(OSError, match="nothere.yaml"):
+        om.retract(tmp_path / "nothere.yaml")
+
+
+def test_a_wrong_name_is_met_with_the_nearest_of_the_function(box):
+    for call, near in ((lambda: om.Tissue(box, yuong=3e3), "young"), (lambda: om.retract(om.Scene(), outdir="x"), "out_dir"),
+                       (lambda: om.retract(om.Scene(), nworkers=1), "nworker"), (lambda: om.make_ct(sed=1), "seed")):
+        with pytest.raises(AttributeError, match=f"did you mean '{near}'"):
+            call()
+
+
 def test_twin_and_world_have_the_same_anatomy(sheet):
     twin, world = sheet.build("twin"), sheet.build("world")
     assert len(world.mesh.x) > 2 * len(twin.mesh.x)
