@@ -19,8 +19,8 @@
 #define OM_STUDY_PHANTOM_DSC 0.60
 #define OM_STUDY_PHANTOM_TPR 0.80
 #define OM_STUDY_PHANTOM_AVE 0.0005  // m, above that of the true attachments
-#define OM_STUDY_PHANTOM_DSC_GRASPS 0.70
-#define OM_STUDY_PHANTOM_TPR_GRASPS 0.75
+#define OM_STUDY_PHANTOM_DSC_GRASPS 0.82
+#define OM_STUDY_PHANTOM_TPR_GRASPS 0.80
 
 typedef enum OmStudyPhantomWay {
     OM_STUDY_PHANTOM_NETWORK,  // of one step; of several grasps: the intersection, as the thesis
