@@ -29,9 +29,9 @@ typedef enum OmStudySimulatedGuess {  // attachments
 
 #define OM_STUDY_SIM_NBIN 15  // of equal count, of probability
 
-// Goals of the network: median DSC over cells of each set; median TPR of Test (a); the same of its samples of which less
-// than half is visible (TestV); median AVE (m) of both over that of the true attachments; expected calibration error of
-// Test (a).
+// Goals of the network: median DSC over cells of each set; median TPR of Test (a); the same of its samples of which
+// less than half is visible (TestV); median AVE (m) of both, above that of the true attachments; expected calibration
+// error of Test (a).
 #define OM_STUDY_SIM_DSC ((const double[OM_STUDY_SIM_NSET]){0.88, 0.75, 0.78, 0.72})
 #define OM_STUDY_SIM_TPR 0.92
 #define OM_STUDY_SIM_DSC_V 0.82

@@ -2,7 +2,8 @@
 //
 // Shard k has the samples k S .. (k + 1) S - 1 (the last shard may have fewer) and is written when all of them are
 // complete. Each worker takes the next free index. A sample depends only on definition and index, so the files do not
-// depend on the number of workers. Only the calling thread uses HDF5.
+// depend on the number of workers. Only the calling thread uses HDF5. Several shards are open at a time: with one, all
+// workers waited for its slowest sample, a quarter of their time.
 #include <stdatomic.h>
 #include <string.h>
 
@@ -69,12 +70,23 @@ static OmStatus check_def(const OmBanetDataDef* d) {
     return OM_OK;
 }
 
-// ---- one shard --------------------------------------------------------------------------------------
+// ---- shards that are open ---------------------------------------------------------------------------
+
+#define MOST_OPEN 8
+
+typedef struct Open {
+    OmBanetShard shard;
+    char path[1024];
+    atomic_int ndone;  // samples finished
+    bool is_saved;
+} Open;
 
 typedef struct Crew {
     const OmBanetDataDef* def;
-    OmBanetShard* shard;
     const OmProgress* progress;
+    Open open[MOST_OPEN];
+    int nopen, num;           // shards, and their samples: all of them but the last have def->shard
+    int before;               // samples of the set that were there, or finished, before these
     atomic_int next, ndone;   // samples begun and finished
     atomic_int status;        // the first failure
     char message[512];        // of the failure
@@ -106,9 +118,28 @@ static bool watch_sample(void* ctx, const char* stage, double done, double total
     const Crew* c = w->crew;
     if (atomic_load(&c->status) != OM_OK) return false;
     if (!w->is_caller || !c->progress || !c->progress->report) return true;
-    return c->progress->report(c->progress->ctx, "samples",
-                               c->shard->first - c->def->first + atomic_load(&c->ndone),
+    return c->progress->report(c->progress->ctx, "samples", c->before + atomic_load(&c->ndone),
                                c->def->nsample - c->def->first);
+}
+
+// Write the shards that are complete; on the caller's thread.
+static OmStatus save_complete(Crew* c) {
+    for (int k = 0; k < c->nopen; ++k) {
+        Open* o = &c->open[k];
+        if (o->is_saved || atomic_load(&o->ndone) < o->shard.num) continue;
+        OM_TRY(om__banet_shard_save(&o->shard, &c->def->sample, o->path));
+        o->is_saved = true;
+    }
+    return OM_OK;
+}
+
+static OmStatus make_one(Crew* c, int i, const OmProgress* watch) {
+    Open* o = &c->open[i / c->def->shard];
+    const int at = i % c->def->shard;
+    OM_TRY(make_cells(&c->def->sample, o->shard.first + at, watch, &o->shard.sample[at]));
+    atomic_fetch_add(&o->ndone, 1);
+    atomic_fetch_add(&c->ndone, 1);
+    return OM_OK;
 }
 
 static void work(void* ctx, OmTeam* team, int rank, int size) {
@@ -117,15 +148,14 @@ static void work(void* ctx, OmTeam* team, int rank, int size) {
     Crew* c = ctx;
     Watch w = {c, rank == 0};
     const OmProgress watch = {watch_sample, &w};
-    const int before = c->shard->first - c->def->first, total = c->def->nsample - c->def->first;
     while (atomic_load(&c->status) == OM_OK) {
         const int i = atomic_fetch_add(&c->next, 1);
-        if (i >= c->shard->num) return;
-        OmStatus status =
-            make_cells(&c->def->sample, c->shard->first + i, &watch, &c->shard->sample[i]);
-        const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
-        if (status == OM_OK && rank == 0)  // the caller's thread
-            status = om_progress_report(c->progress, "samples", before + ndone, total);
+        if (i >= c->num) return;
+        OmStatus status = make_one(c, i, &watch);
+        if (status == OM_OK && rank == 0) status = save_complete(c);
+        if (status == OM_OK && rank == 0)
+            status = om_progress_report(c->progress, "samples", c->before + atomic_load(&c->ndone),
+                                        c->def->nsample - c->def->first);
         if (status != OM_OK && !atomic_flag_test_and_set(&c->is_reported)) {
             snprintf(c->message, sizeof c->message, "%s", om_error_message());
             atomic_store(&c->status, status);
@@ -133,12 +163,13 @@ static void work(void* ctx, OmTeam* team, int rank, int size) {
     }
 }
 
-static OmStatus make_shard(Crew* c, int nworker, OmBanetShard* shard) {
-    c->shard = shard;
+// Make the samples of the open shards. After a failure complete shards are kept.
+static OmStatus make_open(Crew* c, int nworker) {
     atomic_store(&c->next, 0);
     atomic_store(&c->ndone, 0);
     om_parallel_team(nworker, work, c);
     const int status = atomic_load(&c->status);
+    OM_TRY(save_complete(c));
     return status == OM_OK ? OM_OK : om_error((OmStatus)status, "%s", c->message);
 }
 
@@ -208,40 +239,65 @@ static void add_sample(OmBanetSummary* s, const OmBanetFacts* f) {
     s->max_u = fmax(s->max_u, f->max_u);
 }
 
+static void add_shard(const OmBanetDataDef* def, const OmBanetShard* shard, const char* path,
+                      OmBanetSummary* sum, OmBanetFacts* all) {
+    for (int i = 0; i < shard->num; ++i) {
+        all[shard->first - def->first + i] = shard->sample[i].fact;
+        add_sample(sum, &shard->sample[i].fact);
+        sum->ncell += shard->sample[i].ncell;
+    }
+    sum->nbyte += file_size(path);
+}
+
+// Make, write and count the open shards; none is open then.
+static OmStatus finish_open(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts* all) {
+    OmStatus status = c->nopen > 0 ? make_open(c, nworker) : OM_OK;
+    for (int k = 0; k < c->nopen; ++k) {
+        const OmBanetShard* shard = &c->open[k].shard;
+        for (int i = 0; i < shard->num && status == OM_OK; ++i)
+            sum->sample_seconds += shard->sample[i].fact.seconds;
+        if (status == OM_OK) add_shard(c->def, shard, c->open[k].path, sum, all);
+        om__banet_shard_done(&c->open[k].shard);
+    }
+    if (status == OM_OK) sum->nmade += c->num;
+    c->before += c->num;
+    c->nopen = c->num = 0;
+    return status;
+}
+
 static OmStatus generate(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts* all) {
     const OmBanetDataDef* def = c->def;
     const uint64_t hash = om_banet_sample_def_hash(&def->sample);
+    OmStatus status = OM_OK;
     for (int first = def->first; first < def->nsample; first += def->shard) {
         const int num = def->nsample - first < def->shard ? def->nsample - first : def->shard;
-        char path[1024];
-        OmBanetShard shard;
+        Open* o = &c->open[c->nopen];
+        OmBanetShard* shard = &o->shard;
         bool is_there;
-        OM_TRY(om_store_shard_path(def->out_dir, first, path, sizeof path));
-        OM_TRY(find_shard(path, hash, first, num, &shard, &is_there));
-        if (!is_there) OM_TRY(copy_shard(def, hash, first, num, &shard, &is_there));
-        OmStatus status = OM_OK;
-        if (!is_there) {
-            OM_TRY(om__banet_shard_alloc(num, &shard));
-            shard.first = first, shard.seed = def->sample.seed, shard.hash = hash;
-            shard.side = def->sample.side;
-            status = make_shard(c, nworker, &shard);
-            if (status == OM_OK) status = om__banet_shard_save(&shard, &def->sample, path);
-            for (int i = 0; i < num; ++i) sum->sample_seconds += shard.sample[i].fact.seconds;
-            sum->nmade += num;
+        *o = (Open){0};
+        OM_TRY_DONE(om_store_shard_path(def->out_dir, first, o->path, sizeof o->path));
+        OM_TRY_DONE(find_shard(o->path, hash, first, num, shard, &is_there));
+        if (!is_there) OM_TRY_DONE(copy_shard(def, hash, first, num, shard, &is_there));
+        if (is_there) {
+            add_shard(def, shard, o->path, sum, all);
+            om__banet_shard_done(shard);
+            c->before += num;
+            status =
+                om_progress_report(c->progress, "samples", c->before, def->nsample - def->first);
+        } else {
+            OM_TRY_DONE(om__banet_shard_alloc(num, shard));
+            shard->first = first, shard->seed = def->sample.seed, shard->hash = hash;
+            shard->side = def->sample.side;
+            c->num += num;
+            if (++c->nopen == MOST_OPEN) status = finish_open(c, nworker, sum, all);
         }
-        if (status == OM_OK)
-            status = om_progress_report(c->progress, "samples", first + num - def->first,
-                                        def->nsample - def->first);
-        for (int i = 0; i < num && status == OM_OK; ++i) {
-            all[first - def->first + i] = shard.sample[i].fact;
-            add_sample(sum, &shard.sample[i].fact);
-            sum->ncell += shard.sample[i].ncell;
-        }
-        om__banet_shard_done(&shard);
-        if (status != OM_OK) return status;
-        sum->nbyte += file_size(path);
+        if (status != OM_OK) break;
     }
-    return OM_OK;
+    if (status == OM_OK) return finish_open(c, nworker, sum, all);
+done:
+    for (int k = 0; k < c->nopen; ++k) om__banet_shard_done(&c->open[k].shard);
+    c->nopen = 0;
+    return status;
 }
 
 static OmStatus find_medians(const OmBanetFacts* fact, OmBanetSummary* sum) {
@@ -265,12 +321,14 @@ OmStatus om_banet_generate(const OmBanetDataDef* def, const OmProgress* progress
     OM_TRY(check_def(def));
     OmFolder folder = {0};
     const double begin = om_clock_now();
-    Crew c = {.def = def, .progress = progress, .is_reported = ATOMIC_FLAG_INIT};
+    Crew* c = om_calloc(1, sizeof *c);
+    if (!c) return OM_NO_MEMORY;
+    *c = (Crew){.def = def, .progress = progress, .is_reported = ATOMIC_FLAG_INIT};
     OmBanetFacts* all = NULL;
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_folder_open(def->out_dir, "set of BA-Net samples", &folder));
     OM_ALLOC_DONE(all, def->nsample - def->first);
-    status = generate(&c, om_worker_count(def->nworker), &sum, all);
+    status = generate(c, om_worker_count(def->nworker), &sum, all);
     if (status != OM_OK) goto done;
     OM_TRY_DONE(find_medians(all, &sum));
     sum.sample_seconds /= sum.nmade > 0 ? sum.nmade : 1;
@@ -279,6 +337,7 @@ OmStatus om_banet_generate(const OmBanetDataDef* def, const OmProgress* progress
     if (out) *out = sum;
 done:
     om_free(all);
+    om_free(c);
     om_folder_end(&folder);
     return status;
 }

@@ -25,10 +25,9 @@
 #include "omentum/shape_tet10.h"
 
 #define GRAVITY 9.81
-#define MIN_ATTACHED 3  // vertices of a region: fewer leave the body free to turn
-#define GAP 2           // rings of free vertices around the first of two regions
-#define MOST_DIRECT \
-    800  // nodes; CG with multigrid is faster beyond: 21 s and not 35 s for 40 samples
+#define MIN_ATTACHED 3       // vertices of a region: fewer leave the body free to turn
+#define GAP 2                // rings of free vertices around the first of two regions
+#define MOST_DIRECT 800      // nodes; beyond, CG with multigrid is faster (doc/notes/banet.md)
 #define CG_TOLERANCE 0.03    // of the residual, in each Newton iteration
 #define BOARD_STIFFNESS 100  // Pa/m of the contact, times young over the height of the body
 

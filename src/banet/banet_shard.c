@@ -167,7 +167,8 @@ static void put_settings(OmStoreWriter* w, const OmBanetShard* s, const OmBanetS
                   {"radius_m", d->radius, 2}};
     char generator[OM_BANET_ORIGIN];
     om__banet_generator_name(generator);
-    om_store_text(w, "generator", generator);
+    // a copy of a part states the generator that made it
+    om_store_text(w, "generator", s->generator[0] ? s->generator : generator);
     om_store_text(w, "way", om_banet_way_name(d->way));
     om_store_text(w, "law", om_law_name(d->law));
     om_store_text(w, "element", om_element_name(d->element));

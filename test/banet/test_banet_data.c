@@ -51,6 +51,13 @@ static void test_shard(void** state) {
     make_shard(&a);
     assert_ok(om__banet_shard_save(&a, &def, path));
     assert_ok(om__banet_shard_load(path, &b));
+    assert_string_equal(b.generator, "omentum banet 3");  // this one
+    // a copy keeps the generator of what it copies
+    snprintf(b.generator, sizeof b.generator, "omentum banet 1");
+    assert_ok(om__banet_shard_save(&b, &def, path));
+    om__banet_shard_done(&b);
+    assert_ok(om__banet_shard_load(path, &b));
+    assert_string_equal(b.generator, "omentum banet 1");
     assert_true(b.first == 8 && b.num == 3 && b.seed == 5 && b.hash == 6 && b.side == TEST_SIDE);
     for (int i = 0; i < 3; ++i) assert_same_cells(&a.sample[i], &b.sample[i]);
     om__banet_shard_done(&b);
@@ -175,6 +182,33 @@ static void test_workers(void** state) {
     om_banet_data_done(&data);
     assert_ok(om_path_remove(one.dir));
     assert_ok(om_path_remove(two.dir));
+}
+
+// More files than are open at a time, some of them there already: the samples of one file.
+static void test_many_shards(void** state) {
+    (void)state;
+    Folder few = fresh_folder("banet5"), many = fresh_folder("banet6");
+    OmBanetDataDef def = small_def(few.dir);
+    OmBanetSummary a, b;
+    OmBanetData one, two;
+    def.nsample = def.shard = 11;
+    assert_ok(om_banet_generate(&def, NULL, &a));
+    def.out_dir = many.dir;
+    def.shard = 1;
+    def.first = 3, def.nsample = 5;
+    assert_ok(om_banet_generate(&def, NULL, &b));
+    assert_true(b.nsample == 2 && b.nmade == 2);
+    def.first = 0, def.nsample = 11;
+    assert_ok(om_banet_generate(&def, NULL, &b));
+    assert_true(b.nsample == 11 && b.nmade == 9 && a.max_u == b.max_u && a.median_u == b.median_u);
+    assert_true(a.nattempt == b.nattempt && a.ncell == b.ncell);
+    assert_ok(om_banet_data_load(few.dir, 0, &one));
+    assert_ok(om_banet_data_load(many.dir, 0, &two));
+    for (int i = 0; i < 11; ++i) assert_same_cells(&one.sample[i], &two.sample[i]);
+    om_banet_data_done(&one);
+    om_banet_data_done(&two);
+    assert_ok(om_path_remove(few.dir));
+    assert_ok(om_path_remove(many.dir));
 }
 
 // Stopped in the second shard, continued, extended, in parts: the files of an uninterrupted run.
@@ -319,8 +353,8 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_shard),        cmocka_unit_test(test_forged),
         cmocka_unit_test(test_shard_memory), cmocka_unit_test(test_workers),
-        cmocka_unit_test(test_resume),       cmocka_unit_test(test_hostile),
-        cmocka_unit_test(test_definitions),
+        cmocka_unit_test(test_many_shards),  cmocka_unit_test(test_resume),
+        cmocka_unit_test(test_hostile),      cmocka_unit_test(test_definitions),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
