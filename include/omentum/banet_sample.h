@@ -40,7 +40,7 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     double visible[2];    // visible part of the surface's vertices, way (a); default 0.1-1
     double two_share;     // fraction of samples with two separate attached regions; default 0
     double board_share;   // fraction of samples that lie on a board under gravity; default 0
-    // OM_TET10 (default) or OM_TET4, which bends too stiffly: weights/banet.safetensors was trained on such bodies.
+    // OM_TET10 (default) or OM_TET4, which bends too stiffly.
     OmElement element;
     OmLaw law;          // default OM_NEO_HOOKEAN
     double young[2];    // Pa; default 3000-30000

@@ -45,7 +45,7 @@ typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
     // m, a vertex at this distance from the nearest seen one is shown by half; default 15 mm
     double reach;
     // Sets that are tried in the twin besides the most probable one and that of the scans alone, 0 to 4, in this order:
-    // the network's at its threshold, the last accepted one, the network's at 0.4 and 2.5 times the odds; default 2
+    // the last accepted one, the network's at its threshold, the network's at 0.4 and 2.5 times the odds; default 2
     int ntry;
     // The correspondence goes through the twin that physics alone has corrected, where that is accepted: one more
     // om_match_update, for a twin that has few of its attachments. Default false.

@@ -401,8 +401,9 @@ static OmStatus estimate_with(Work* w, const OmProgress* progress, OmMatchEstima
         double threshold;
         advice.probability = p;
         OM_TRY(find_threshold(u, p, &threshold));
-        add_level(u, p, threshold, 1, &advice);
+        // the twin's own first: another set replaces it only if it is clearly nearer to the scans
         if (advice.nset < u->def.ntry) advice.set[advice.nset++] = u->last;
+        if (advice.nset < u->def.ntry) add_level(u, p, threshold, 1, &advice);
         if (advice.nset < u->def.ntry) add_level(u, p, threshold, 1 / ODDS, &advice);
         if (advice.nset < u->def.ntry) add_level(u, p, threshold, ODDS, &advice);
     }

@@ -211,7 +211,7 @@ static void print_verdicts(const Update* u) {
 
 static void print_network(const Update* u) {
     static const char* const choice[] = {"network and physics", "physics alone",
-                                         "the network alone", "the attachments before"};
+                                         "the attachments before", "the network alone"};
     const OmMatchEstimate* e = u->report.estimate;
     int k = e && u->advice.nused > 0 ? e->choice : 1;  // without a view the network says nothing
     om_cli_figure("network_views", u->advice.nused);

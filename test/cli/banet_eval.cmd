@@ -7,8 +7,11 @@ out ^samples\.csv$
 # What the network was trained on is printed; samples of another tissue get a note, voxels of twice the size are refused.
 $ omentum banet eval -d data -q
 exit 0
-out ^network: voxel 4\.688 mm, side 300 mm, generator omentum banet 1, way mixed, law neo-hookean, element linear, data d31bd8321bfb6966$
-out ^note: the network: trained on linear elements, used with quadratic ones: judged on another tissue$
+out ^network: voxel 4\.688 mm, side 300 mm, generator omentum banet 3, way mixed, law neo-hookean, element quadratic, data 9029c3210d7a017e$
+no-err
+$ $OMENTUM banet generate -n 1 --shard 1 --seed 905 --way exact --element linear --pictures 0 -q -o stiff > /dev/null; omentum banet eval -d stiff -q
+exit 0
+out ^note: the network: trained on quadratic elements, used with linear ones: judged on another tissue$
 no-err
 $ $OMENTUM banet generate -n 1 --shard 1 --seed 905 --way exact --side 700 --pictures 0 -q -o wide > /dev/null; omentum banet eval -d wide -q
 exit 3
