@@ -284,7 +284,7 @@ static OmStatus take_network(Layout* l, const double* probability, int nused, Vi
     double *p, threshold = 1;
     OM_ALLOC(p, (size_t)l->r->nnode);
     for (int i = 0; i < l->r->nnode; ++i) p[i] = probability[l->under->vert[i]];
-    OmStatus status = om_banet_choose_threshold(l->r->nnode, p, &threshold);
+    OmStatus status = om_banet_choose_threshold(l->r->nnode, p, OM_BANET_NEARLY, &threshold);
     for (int i = 0; i < l->r->nnode; ++i) {
         u->probability[i] = (float)p[i];
         u->attached[i] = p[i] >= threshold;

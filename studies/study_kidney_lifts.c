@@ -285,7 +285,8 @@ static OmStatus take_advice(Operation* o, int way, const OmBanetAdvice* advice, 
     double *under, threshold = 1;
     OM_ALLOC(under, (size_t)o->under->nvert);
     for (int k = 0; k < o->under->nvert; ++k) under[k] = p[o->under->vert[k]];
-    OmStatus status = om_banet_choose_threshold(o->under->nvert, under, &threshold);
+    OmStatus status =
+        om_banet_choose_threshold(o->under->nvert, under, OM_BANET_NEARLY, &threshold);
     om_free(under);
     if (status < 0) return status;
     for (int v = 0; v < o->node->nvert; ++v)

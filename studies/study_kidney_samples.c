@@ -28,7 +28,9 @@ OmStatus om__kidney_sample_guess(const Kidney* s, SimBody* body) {
     OmStatus status =
         s->estimate(s->estimate_ctx, surface, body->sample->u, body->sample->seen, probability);
     double threshold = 1;
-    if (status >= 0) status = om_banet_choose_threshold(surface->nvert, probability, &threshold);
+    if (status >= 0)
+        status =
+            om_banet_choose_threshold(surface->nvert, probability, OM_BANET_NEARLY, &threshold);
     for (int i = 0; i < surface->nvert && status >= 0; ++i)
         body->guess[i] = probability[i] >= threshold;
     om_free(probability);

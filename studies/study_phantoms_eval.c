@@ -329,7 +329,7 @@ static OmStatus take_network(Bench* b, const double* probability, int n, int nlo
     if (!out->is_accepted) set_reason(out, reason);
     double p[PHANTOM_MAX_NODE], threshold = b->s->threshold;
     for (int i = 0; i < b->r->nnode; ++i) p[i] = probability[b->under->vert[i]];
-    if (b->s->net) OM_TRY(om_banet_choose_threshold(b->r->nnode, p, &threshold));
+    if (b->s->net) OM_TRY(om_banet_choose_threshold(b->r->nnode, p, OM_BANET_NEARLY, &threshold));
     for (int i = 0; i < b->r->nnode; ++i) {
         out->probability[i] = (float)p[i];
         out->attached[i] = p[i] >= threshold;

@@ -70,8 +70,7 @@ typedef struct OmStudySimulatedSummary {
     OmStudySimulatedRow all[OM_STUDY_SIM_NSET][OM_STUDY_SIM_NGUESS];
     OmStudySimulatedRow hidden[OM_STUDY_SIM_NSET]
                               [OM_STUDY_SIM_NGUESS];  // visible below half: TestV
-    bool has_net;  // weights were found; else rows of the network are empty
-    double threshold;
+    bool has_net;                   // weights were found; else rows of the network are empty
     double ece[OM_STUDY_SIM_NSET];  // expected calibration error over cells with a surface vertex
     double bin_said[OM_STUDY_SIM_NSET][OM_STUDY_SIM_NBIN];  // mean probability
     double bin_true[OM_STUDY_SIM_NSET][OM_STUDY_SIM_NBIN];  // attached share

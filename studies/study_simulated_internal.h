@@ -100,10 +100,10 @@ OmStatus om__sim_body_cells(const SimBody* body, const double* probability, SimN
 
 // ---- study_simulated_net.c --------------------------------------------------------------------------
 
-// s->net, s->net_hash, s->sum.has_net and s->sum.threshold.
+// s->net, s->net_hash and s->sum.has_net.
 OmStatus om__sim_net_load(Sim* s);
 void om__sim_net_destroy(struct OmBanetNet* net);
-// Probabilities of surface vertices; body->guess has those from the threshold on.
+// Probabilities of surface vertices; body->guess has the set of greatest expected DSC.
 OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability);
 
 // ---- study_simulated_report.c -----------------------------------------------------------------------

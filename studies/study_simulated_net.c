@@ -7,7 +7,6 @@ OmStatus om__sim_net_load(Sim* s) {
     OM_TRY(om_banet_net_find(s->def->weights, NULL, &s->net));
     s->sum.has_net = s->net != NULL;
     if (!s->net) return OM_OK;
-    s->sum.threshold = om_banet_net_threshold(s->net);
     s->net_hash = om_banet_net_hash(s->net);
     return OM_OK;
 }
@@ -19,7 +18,8 @@ OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability) 
     OM_TRY(om_banet_estimate(s->net, body->side, &sample->surface, sample->u, sample->seen,
                              probability));
     double threshold;
-    OM_TRY(om_banet_choose_threshold(sample->surface.nvert, probability, &threshold));
+    OM_TRY(
+        om_banet_choose_threshold(sample->surface.nvert, probability, OM_BANET_NEARLY, &threshold));
     for (int i = 0; i < sample->surface.nvert; ++i) body->guess[i] = probability[i] >= threshold;
     return OM_OK;
 }

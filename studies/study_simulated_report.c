@@ -337,7 +337,6 @@ static OmStatus write_json(const Sim* s) {
     om_json_bool(&json, "is_quick", s->def->is_quick);
     om_json_bool(&json, "has_net", sum->has_net);
     om_json_bool(&json, "is_met", sum->is_met);
-    om_json_number(&json, "threshold", sum->threshold);
     om_json_number(&json, "estimate_ms", sum->net_ms);
     om_json_number(&json, "simulation_ms", sum->solve_ms);
     for (int set = 0; set < SIM_NSET; ++set) {

@@ -26,13 +26,14 @@ typedef struct Block {
 
 enum { NBLOCK = 13 };
 
-static void list_blocks(OmBanetSample* s, Block block[NBLOCK]) {
+// Of linear elements there are no nodes.
+static void list_blocks(OmBanetSample* s, bool has_node, Block block[NBLOCK]) {
     size_t n = (size_t)s->mesh.nvert, k = (size_t)s->surface.nvert, d = sizeof(double);
     size_t tet = (size_t)s->mesh.ntet, tri = (size_t)s->surface.ntri, i = sizeof(int);
     const Block list[NBLOCK] = {{(void**)&s->mesh.x, 3 * n * d},
                                 {(void**)&s->mesh.tet_vert, 4 * tet * i},
                                 {(void**)&s->mesh.tet_label, tet * i},
-                                {(void**)&s->node, 10 * (tet / 8) * i},
+                                {(void**)&s->node, has_node ? 10 * (tet / 8) * i : 0},
                                 {(void**)&s->surface.x, 3 * k * d},
                                 {(void**)&s->surface.tri_vert, 3 * tri * i},
                                 {(void**)&s->surface_vert, k * i},
@@ -47,11 +48,13 @@ static void list_blocks(OmBanetSample* s, Block block[NBLOCK]) {
 
 typedef struct Head {
     uint64_t setup, hash;  // of what it depends on, and of the rest of the file
+    bool has_node;
     OmBanetSample sample;  // counts and facts; its pointers mean nothing
 } Head;
 
 static uint64_t hash_file(const Head* head, const char* data, size_t size) {
     uint64_t hash = om_hash(&head->sample, sizeof head->sample, OM_HASH_SEED);
+    hash = om_hash(&head->has_node, sizeof head->has_node, hash);
     return om_hash(data, size, hash);
 }
 
@@ -67,14 +70,16 @@ OmStatus om__sim_sample_save(const char* dir, const char* name, uint64_t setup,
     OM_TRY_DONE(om_path_join(dir, name, path, sizeof path));
     head->setup = setup;
     head->sample = *sample;
-    list_blocks(&head->sample, block);
+    head->has_node = sample->node != NULL;
+    list_blocks(&head->sample, head->has_node, block);
     for (int b = 0; b < NBLOCK; ++b) *block[b].data = NULL;
     head->sample.mesh.nset = 0;
     head->sample.mesh.set = NULL;
-    list_blocks(&view, block);
+    list_blocks(&view, head->has_node, block);
     OM_TRY_DONE(om_text_append_raw(&text, (const char*)head, sizeof *head));
     for (int b = 0; b < NBLOCK; ++b)
-        OM_TRY_DONE(om_text_append_raw(&text, *block[b].data, block[b].size));
+        if (block[b].size > 0)
+            OM_TRY_DONE(om_text_append_raw(&text, *block[b].data, block[b].size));
     head->hash = hash_file(head, text.str + sizeof *head, text.len - sizeof *head);
     memcpy(text.str, head, sizeof *head);
     status = om_file_write(path, text.str, text.len);
@@ -98,8 +103,9 @@ bool om__sim_sample_load(const char* dir, const char* name, uint64_t setup, OmBa
     OM_CHECK_DONE(head.setup == setup && head.hash == hash_file(&head, data + at, size - at),
                   OM_INVALID, "%s: of another setup, or changed", path);
     *sample = head.sample;
-    list_blocks(sample, block);
+    list_blocks(sample, head.has_node, block);
     for (int b = 0; b < NBLOCK; ++b) {
+        if (block[b].size == 0) continue;
         OM_CHECK_DONE(size - at >= block[b].size, OM_INVALID, "%s: too short", path);
         *block[b].data = om_alloc(block[b].size, 1);
         OM_CHECK_DONE(*block[b].data, OM_NO_MEMORY, "%s: out of memory", path);

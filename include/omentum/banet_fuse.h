@@ -60,13 +60,18 @@ OM_API OmStatus om_banet_intersect(int nview, const OmBanetView* view, int nlate
 OM_API OmStatus om_banet_intersect_grasps(int nview, const OmBanetView* view, double threshold,
                                           int n, unsigned char* attached);
 
+#define OM_BANET_NEARLY 0.0075  // of the expected DSC, see om_banet_choose_threshold
+
 /// Where calibrated probabilities are cut to give the attached set of greatest expected DSC: that of the set p >= t is
 /// 2 S(t) / (n(t) + S(0)), with its number n and the sum S of its probabilities (Lipton et al. 2014, of F1). A sure
-/// estimate is cut near 0.5, a vague one lower. Of sets within 0.0075 of the best the largest is taken, for its TPR.
+/// estimate is cut near 0.5, a vague one lower.
 /// @param probability  0 to 1; of vertices that may be attached                            (n)
+/// @param nearly       of sets whose expected DSC is at most this below the best the largest is taken, for its TPR;
+///                     0: the best, OM_BANET_NEARLY: as scores of the network alone
 /// @param threshold    above 0; 1 where all probabilities are 0
 /// @return OM_OK; OM_INVALID (a probability that is none: the message names its vertex); OM_NO_MEMORY
-OM_API OmStatus om_banet_choose_threshold(int n, const double* probability, double* threshold);
+OM_API OmStatus om_banet_choose_threshold(int n, const double* probability, double nearly,
+                                          double* threshold);
 
 #ifdef __cplusplus
 }

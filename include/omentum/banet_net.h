@@ -7,7 +7,8 @@
 ///
 ///     om_banet_net_load(NULL, &net);                                       // the weights that come along
 ///     om_banet_estimate(net, 0.3, &surface, u, seen, probability);         // of the vertices of a surface
-///     attached = probability[i] >= om_banet_net_threshold(net);
+///     om_banet_choose_threshold(surface.nvert, probability, OM_BANET_NEARLY, &threshold);   // banet_fuse.h
+///     attached = probability[i] >= threshold;
 #ifndef OMENTUM_BANET_NET_H
 #define OMENTUM_BANET_NET_H
 
@@ -36,7 +37,7 @@ OM_API OmStatus om_banet_net_load(const char* path, OmBanetNet** net);
 /// @return as om_banet_net_load
 OM_API OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net);
 OM_API void om_banet_net_destroy(OmBanetNet* net);
-/// The probability from which a cell counts as attached; chosen on validation samples.
+/// One threshold for all bodies, chosen on validation samples: of the thesis's intersections of views (banet_fuse.h).
 OM_API double om_banet_net_threshold(const OmBanetNet* net);
 /// A line of the file's metadata ("command", "seed", "data", "validation_dsc", ...), or null.
 OM_API const char* om_banet_net_fact(const OmBanetNet* net, const char* key);

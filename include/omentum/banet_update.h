@@ -40,7 +40,7 @@ typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
     OmBanetEstimateFn estimate;
     void* estimate_ctx;   // borrowed until destroy
     OmBanetFuseDef fuse;  // of several views
-    double threshold;     // of the network's set; default 0: om_banet_choose_threshold
+    double threshold;     // of the network's set; default 0: that of greatest expected DSC
     double weight;        // of the network against the random patches, 0 to 1; default 0.7
     // m, a vertex at this distance from the nearest seen one is shown by half; default 15 mm
     double reach;

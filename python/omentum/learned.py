@@ -82,7 +82,7 @@ class BanetNet(Owner):
     """A trained BA-Net: probability that a vertex of a surface is attached, from displacements of its visible part.
 
         net = BanetNet.load()
-        attached = net.estimate(surface, u, seen) >= net.threshold
+        attached = net.attached(net.estimate(surface, u, seen))
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -96,8 +96,19 @@ class BanetNet(Owner):
 
     @property
     def threshold(self) -> float:
-        """The probability from which a vertex counts as attached."""
+        """One threshold for all bodies, of intersections of views (thesis 4.4); `attached` fits it to each body."""
         return lib.om_banet_net_threshold(self._c)
+
+    @staticmethod
+    def attached(probability: Any) -> np.ndarray:
+        """The set of greatest expected Dice coefficient, True where attached (nvert).
+
+        probability: of the vertices that may be attached (nvert), as of estimate.
+        """
+        probability = array_of(probability, np.float64, (None,), "probability")
+        threshold = ctypes.c_double()
+        lib.om_banet_choose_threshold(len(probability), probability.ctypes.data, c.OM_BANET_NEARLY, ctypes.byref(threshold))
+        return probability >= threshold.value
 
     @property
     def nparameter(self) -> int:

@@ -19,9 +19,11 @@ def test_samples_of_banet_and_what_the_network_says(is_slow):
     net, dice = om.BanetNet.load(), []
     for i in range(4 if is_slow else 1):
         sample = om.make_banet_sample(i, 910, way="exact") if is_slow else same
-        found = net.estimate(sample.surface, sample.u, sample.seen) >= net.threshold
+        found = net.attached(net.estimate(sample.surface, sample.u, sample.seen))
         dice.append(2 * (found & sample.attached).sum() / (found.sum() + sample.attached.sum()))
     assert np.mean(dice) > 0.6
+    # 2 S / (n + all): 1.8 / 3.1 for two, 2.0 / 4.1 for three
+    assert om.BanetNet.attached([0.9, 0.0, 0.9, 0.1, 0.1, 0.1]).tolist() == [True, False, True, False, False, False]
     with pytest.raises(ValueError, match="shape"):
         net.estimate(sample.surface, sample.u[:5], sample.seen)
     net.close()

@@ -13,7 +13,6 @@
 #include <string.h>
 
 #define COOKIE 0xba2e7f05u
-#define NEARLY 0.0075  // of the expected DSC
 
 OmBanetFuseDef om_banet_fuse_default_def(void) {
     return (OmBanetFuseDef){.base = 0.275,
@@ -144,9 +143,11 @@ OmStatus om_banet_intersect_grasps(int nview, const OmBanetView* view, double th
 // Sets end where the probability falls: p ascends, the set has its last k.
 static bool is_set(const double* p, int n, int k) { return k == n || p[n - k - 1] < p[n - k]; }
 
-OmStatus om_banet_choose_threshold(int n, const double* probability, double* threshold) {
+OmStatus om_banet_choose_threshold(int n, const double* probability, double nearly,
+                                   double* threshold) {
     double *p, all = 0, sum = 0, best = 0;
     *threshold = 1;
+    OM_CHECK(is_share(nearly), OM_INVALID, "banet: nearly = %g, must be 0 to 1", nearly);
     for (int i = 0; i < n; ++i) {
         OM_CHECK(is_share(probability[i]), OM_INVALID,
                  "banet: probability[%d] = %g, must be 0 to 1", i, probability[i]);
@@ -163,7 +164,7 @@ OmStatus om_banet_choose_threshold(int n, const double* probability, double* thr
     sum = 0;
     for (int k = 1; k <= n && p[n - k] > 0; ++k) {
         sum += p[n - k];
-        if (is_set(p, n, k) && 2 * sum / (k + all) >= best - NEARLY) *threshold = p[n - k];
+        if (is_set(p, n, k) && 2 * sum / (k + all) >= best - nearly) *threshold = p[n - k];
     }
     om_free(p);
     return OM_OK;

@@ -23,7 +23,7 @@
 #define MAX_TRY 4
 #define SEEN 0.1   // a vertex above this counts as seen
 #define ODDS 2.5   // of the lower and higher thresholds to that of the network
-#define MOST 0.98  // threshold
+#define MOST 0.98  // threshold; the odds of 1 are infinite
 
 #define THIN 0.006  // m; a thinner body has a grid of smaller side
 
@@ -377,7 +377,7 @@ static OmStatus find_threshold(const OmBanetUpdater* u, const double* probabilit
     if (*threshold > 0) return OM_OK;
     OM_ALLOC(p, view->ncandidate);
     for (int i = 0; i < view->ncandidate; ++i) p[i] = probability[view->candidate[i]];
-    OmStatus status = om_banet_choose_threshold(view->ncandidate, p, threshold);
+    OmStatus status = om_banet_choose_threshold(view->ncandidate, p, 0, threshold);
     *threshold = fmin(*threshold, MOST);
     om_free(p);
     return status;

@@ -124,8 +124,10 @@ static OmStatus write_samples(const OmBanetEval* e, const OmBanetCells* sample, 
 // ---- the verb ---------------------------------------------------------------------------------------
 
 static void print(const OmBanetEval* e, const Group* group, double threshold) {
-    printf("%d samples, %lld cells of their surfaces, threshold %.2f; median (quartiles), mean\n",
-           e->n, (long long)e->ncell, threshold);
+    printf(
+        "%d samples, %lld cells of their surfaces, each cut where its expected DSC is greatest (one threshold: "
+        "%.2f); median (quartiles), mean\n",
+        e->n, (long long)e->ncell, threshold);
     for (int k = 0; k < NGROUP; ++k) {
         const Group* g = &group[k];
         if (g->n)

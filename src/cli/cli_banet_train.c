@@ -31,7 +31,7 @@ static const OmCliKey result_key[] = {
     {"validation_dsc", "mean DSC over the validation samples"},
     {"validation_tpr", "mean TPR over the validation samples"},
     {"validation_ece", "expected calibration error over the validation samples"},
-    {"threshold", "probability from which a cell counts as attached"},
+    {"threshold", "one threshold for all bodies, of intersections of views"},
 };
 
 // Numbers from 1 to 256 with commas between them.

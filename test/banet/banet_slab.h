@@ -5,7 +5,6 @@
 #include "test_common.h"
 
 #include "banet/banet_view_internal.h"
-#include "banet_solid.h"
 
 typedef struct Slab {
     OmTetMesh mesh;
@@ -56,7 +55,7 @@ static inline void slab_init_element(double half, double held, OmVec3 lift, OmEl
     OmMaterial material = {.law = OM_STABLE_NEO_HOOKEAN, .young = 1e4, .poisson = 0.42};
     OmFemMesh mesh;
     OmFemSolid* solid;
-    make_solid_mesh(&s->mesh, s->node, &mesh);
+    assert_ok(om_fem_mesh_from_nodes(&s->mesh, s->node, &mesh));
     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
     def.nworker = 1;
     assert_ok(om_fem_create(&def, &solid));

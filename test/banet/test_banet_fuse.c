@@ -145,8 +145,10 @@ static void test_choice(void** state) {
                    : kind == 1 ? 0.6 * r
                                : 0.1 * r * r;
         }
-        assert_ok(om_banet_choose_threshold(N, p, &t));
-        double chosen = mean_dsc(N, p, t, 9);
+        assert_ok(om_banet_choose_threshold(N, p, OM_BANET_NEARLY, &t));
+        double chosen = mean_dsc(N, p, t, 9), best;
+        assert_ok(om_banet_choose_threshold(N, p, 0, &best));
+        assert_true(best >= t && mean_dsc(N, p, best, 9) > chosen - 0.002);
         for (int k = 1; k < 60; ++k) {
             double other = mean_dsc(N, p, k / 60.0, 9);
             assert_true(other <= chosen + 0.01);
@@ -158,13 +160,14 @@ static void test_choice(void** state) {
     }
     // All alike: all or nothing. Zeros are never attached.
     for (int i = 0; i < N; ++i) p[i] = i < N / 2 ? 0.2 : 0;
-    assert_ok(om_banet_choose_threshold(N, p, &t));
+    assert_ok(om_banet_choose_threshold(N, p, OM_BANET_NEARLY, &t));
     assert_true(t == 0.2);
     memset(p, 0, sizeof p);
-    assert_ok(om_banet_choose_threshold(N, p, &t));
+    assert_ok(om_banet_choose_threshold(N, p, OM_BANET_NEARLY, &t));
     assert_true(t == 1);
+    assert_int_equal(om_banet_choose_threshold(N, p, -0.1, &t), OM_INVALID);
     p[7] = -0.1;
-    assert_int_equal(om_banet_choose_threshold(N, p, &t), OM_INVALID);
+    assert_int_equal(om_banet_choose_threshold(N, p, OM_BANET_NEARLY, &t), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "probability[7]"));
 }
 

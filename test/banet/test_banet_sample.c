@@ -1,5 +1,4 @@
 // test_banet_sample.c: random samples: balance of forces, ranges, and the same bytes from (seed, index) alone.
-#include "banet_solid.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "omentum/shape_meshing.h"
@@ -49,7 +48,7 @@ static void check_balance(const OmBanetSample* s, double tolerance) {
     OmVec3 pull = {0, 0, 0}, held = {0, 0, 0};
     int ngrasped = 0;
     double left = 0, scale = om_norm(s->force), weight = 0, push = 0;
-    make_solid_mesh(&s->mesh, s->node, &mesh);
+    assert_ok(om_fem_mesh_from_nodes(&s->mesh, s->node, &mesh));
     memcpy(mesh.x, s->rest, 3 * (size_t)mesh.nnode * sizeof *mesh.x);
     OmFemDef def = om_fem_default_def(&mesh, 1, &s->material);
     assert_ok(om_fem_create(&def, &solid));

@@ -17,9 +17,8 @@ write small.yaml
 $ mkdir run && cp -r $ROOT/test/cli/lifted run/acquisitions && (cat small.yaml; echo 'believed_attachments: {kind: none}'; echo 'task: {max_actions: 4, grasp_radius_mm: 11, speed_mm_s: 200}') > free.yaml
 exit 0
 
-# The network that comes along is used, and attaches more than physics does, and not all of the 81 candidates. How near
-# to the truth (36) is held by test_banet_update: on this mesh, three times coarser than the bodies of training, both
-# estimates fail (Dice 0.53 with 44, physics 0.34 with 22).
+# The network that comes along is used, and attaches more than physics does. How near to the truth is held by
+# test_banet_update: on this mesh, three times coarser than the bodies of training, both estimates fail.
 $ omentum update free.yaml run/acquisitions/001.yaml --network none -q -o out
 exit 0
 $ omentum update free.yaml run/acquisitions/001.yaml --workers 2 -q -o net
@@ -27,7 +26,7 @@ exit 0
 out free\.yaml: the twin takes the new attachments$
 out network: 1 of 1 acquisitions; the attachments are those of
 no-err
-$ n() { sed -n 's/.*"attached_vertices": \([0-9]*\),/\1/p' $1/update.json; }; test $(n net) -gt $(n out) && test $(n net) -lt 60
+$ n() { sed -n 's/.*"attached_vertices": \([0-9]*\),/\1/p' $1/update.json; }; test $(n net) -gt $(n out) && test $(n net) -le 36
 exit 0
 
 # The same bytes with another number of workers.

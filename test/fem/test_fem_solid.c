@@ -258,6 +258,36 @@ static void test_tet10_meshes(void** context) {
     om_tet_mesh_done(&tet);
 }
 
+// A refined mesh whose vertices have moved: the elements of om_fem_mesh_from_tet, moved likewise; curved edges stay so.
+static void test_meshes_of_nodes(void** context) {
+    (void)context;
+    OmTetMesh tet, fine;
+    OmFemMesh made, mesh;
+    int* node;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 2, 3), 2, 2, 1, &tet));
+    for (int e = 0; e < tet.ntet; ++e) tet.tet_label[e] = e % 3;
+    assert_ok(om_fem_mesh_from_tet(&tet, OM_TET10, &made));
+    assert_ok(om_tet_mesh_copy(&tet, &fine));
+    assert_ok(om_tet_mesh_refine_nodes(&fine, &node));
+    for (int i = 0; i < fine.nvert; ++i) fine.x[3 * i + 1] += 0.02 * fine.x[3 * i] * fine.x[3 * i];
+    assert_ok(om_fem_mesh_from_nodes(&fine, node, &mesh));
+    assert_true(mesh.kind == OM_TET10 && mesh.nelem == made.nelem && mesh.nnode == made.nnode);
+    for (int i = 0; i < 10 * mesh.nelem; ++i) {
+        OmVec3 at = om_load3(mesh.x, mesh.elem_node[i]), x = om_load3(made.x, made.elem_node[i]);
+        x.y += 0.02 * x.x * x.x;
+        assert_true(om_distance(at, x) < 1e-15);
+    }
+    assert_memory_equal(mesh.elem_material, made.elem_material, (size_t)mesh.nelem * sizeof(int));
+    om_fem_mesh_done(&mesh);
+    assert_ok(om_fem_mesh_from_nodes(&fine, NULL, &mesh));
+    assert_true(mesh.kind == OM_TET4 && mesh.nelem == 8 * tet.ntet && mesh.nnode == fine.nvert);
+    om_fem_mesh_done(&mesh);
+    om_fem_mesh_done(&made);
+    om_free(node);
+    om_tet_mesh_done(&fine);
+    om_tet_mesh_done(&tet);
+}
+
 // One tetrahedron of edge a whose edge 01, along x, bends by d against y. x = X + 4 L0 L1 d e_y gives the volume
 // V - d V / a by the integral of 4 d (L0 L1),y = -4 d x / a^2, as the mean of x is a / 4.
 static void test_volume_of_a_curved_element(void** context) {
@@ -287,9 +317,13 @@ static void test_volume_of_a_curved_element(void** context) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tet10_meshes), cmocka_unit_test(test_volume_of_a_curved_element),
-        cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_patch),
-        cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_mass),
+        cmocka_unit_test(test_tet10_meshes),
+        cmocka_unit_test(test_meshes_of_nodes),
+        cmocka_unit_test(test_volume_of_a_curved_element),
+        cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_patch),
+        cmocka_unit_test(test_rigid_motion),
+        cmocka_unit_test(test_mass),
         cmocka_unit_test(test_determinism),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

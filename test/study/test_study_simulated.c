@@ -45,10 +45,13 @@ static void make_plate(OmBanetSample* s) {
     }
 }
 
-static void test_sample_file(void** unused) {
-    (void)unused;
+// has_node: as of quadratic elements.
+static void check_sample_file(bool has_node) {
     OmBanetSample s, again;
     make_plate(&s);
+    const size_t nnode = 10 * (size_t)(s.mesh.ntet / 8);
+    if (has_node) s.node = om_alloc(nnode, sizeof *s.node);
+    for (size_t i = 0; has_node && i < nnode; ++i) s.node[i] = (int)(7 * i % 101);
     assert_ok(om__sim_sample_save(dir, "plate.bin", 17, &s));
     assert_false(om__sim_sample_load(dir, "plate.bin", 18, &again));
     assert_false(om__sim_sample_load(dir, "none.bin", 17, &again));
@@ -61,6 +64,8 @@ static void test_sample_file(void** unused) {
                         4 * (size_t)s.mesh.ntet * sizeof(int));
     assert_memory_equal(again.surface.tri_vert, s.surface.tri_vert,
                         3 * (size_t)s.surface.ntri * sizeof(int));
+    if (has_node) assert_memory_equal(again.node, s.node, nnode * sizeof(int));
+    if (!has_node) assert_null(again.node);
     assert_memory_equal(again.attached, s.attached, k);
     assert_memory_equal(again.grasped, s.grasped, k);
     assert_memory_equal(again.seen, s.seen, k * sizeof(double));
@@ -76,6 +81,12 @@ static void test_sample_file(void** unused) {
     assert_false(om__sim_sample_load(dir, "plate.bin", 17, &again));
     assert_ok(om_path_remove(path));
     om_banet_sample_done(&s);
+}
+
+static void test_sample_file(void** unused) {
+    (void)unused;
+    check_sample_file(false);
+    check_sample_file(true);
 }
 
 static void test_body(void** unused) {
@@ -222,7 +233,7 @@ static void test_study(void** unused) {
     assert_int_equal(again.all[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_SAME].dsc.n, 2);
 }
 
-// An untrained network: its rows are there and fit its reliability. Another threshold repeats them alone.
+// An untrained network: its rows are there and fit its reliability. Another calibration repeats them alone.
 static void test_network(void** unused) {
     (void)unused;
     static const BanetLayers layers = {.channel = {16, 16, 16, 16, 16}, .ngroup = 2, .nimage = 1};
@@ -232,12 +243,11 @@ static void test_network(void** unused) {
     OmBanetNet* net;
     assert_ok(om__banet_net_create(&layers, &net));
     om_net_init_parameters(net->net, 3, net->param);
-    net->slope = 1;
-    net->threshold = 1e-9;  // every cell is attached
+    net->slope = 1e-3;  // nearly one probability: every cell is attached
     assert_ok(om__banet_net_save(net, path));
     def.weights = path;
     assert_ok(om_study_simulated_run(&def, NULL, &sum));
-    assert_true(sum.has_net && sum.threshold == 1e-9);
+    assert_true(sum.has_net);
     for (int set = 0; set < OM_STUDY_SIM_NSET; ++set) {
         const OmStudySimulatedRow* r = &sum.all[set][OM_STUDY_SIM_NET];
         assert_int_equal(r->dsc.n + sum.nlost[set], 2);
@@ -248,15 +258,16 @@ static void test_network(void** unused) {
             gap += fabs(sum.bin_said[set][b] - sum.bin_true[set][b]) / OM_STUDY_SIM_NBIN;
         assert_near(sum.ece[set], gap, 0.02);
     }
-    net->threshold = 1 - 1e-9;  // none is
+    net->offset = -990;  // probability 0: none is
     assert_ok(om__banet_net_save(net, path));
     assert_ok(om_study_simulated_run(&def, NULL, &again));
     const OmStudySimulatedRow *a = again.all[OM_STUDY_SIM_EXACT], *b = sum.all[OM_STUDY_SIM_EXACT];
     assert_true(a[OM_STUDY_SIM_NET].dsc.median == 0);
     assert_same(a[OM_STUDY_SIM_NET].ave, a[OM_STUDY_SIM_ZERO].ave);
     assert_same(a[OM_STUDY_SIM_ALL].ave, b[OM_STUDY_SIM_ALL].ave);
-    assert_true(again.ece[OM_STUDY_SIM_EXACT] == sum.ece[OM_STUDY_SIM_EXACT]);
-    // Other weights, with the metadata and the threshold of these: other answers.
+    assert_true(again.ece[OM_STUDY_SIM_EXACT] != sum.ece[OM_STUDY_SIM_EXACT]);
+    // Other weights, with the metadata and the calibration of the first: other answers.
+    net->offset = 0;
     om_net_init_parameters(net->net, 4, net->param);
     assert_ok(om__banet_net_save(net, path));
     assert_ok(om_study_simulated_run(&def, NULL, &again));
