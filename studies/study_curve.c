@@ -75,14 +75,10 @@ static OmStatus run_point(const OmStudyCurveDef* d, int nsample, const OmProgres
     def.ntrain = nsample;
     def.nepoch = (int)fmax(1, round((double)d->nstep * t->batch / nsample));
     OM_TRY(om_banet_train(&def, progress, &s));
-    *p = (OmStudyCurvePoint){.nsample = nsample,
-                             .nepoch = s.nepoch,
-                             .best_epoch = s.best_epoch,
-                             .dsc = s.dsc,
-                             .tpr = s.tpr,
-                             .ece = s.ece,
-                             .seconds = s.seconds};
+    *p = (OmStudyCurvePoint){
+        .nsample = nsample, .nepoch = s.nepoch, .best_epoch = s.best_epoch, .seconds = s.seconds};
     OM_TRY(score(t, dir, t->data->nsample - t->nvalid, t->nvalid, progress, &eval));
+    p->dsc = eval.mean_dsc, p->tpr = eval.mean_tpr, p->ece = eval.ece;
     p->dsc_median = eval.dsc_quartile[1];
     om_banet_eval_done(&eval);
     OM_TRY(score(t, dir, 0, nsample < NTRAINED ? nsample : NTRAINED, progress, &eval));
