@@ -512,7 +512,7 @@ def world_logs():
 
 
 def beliefs():
-    """Changes of a belief's values as fuzz_defras_belief.c reads them: ten bytes each."""
+    """Changes of a belief's values as fuzz_retract_belief.c reads them: ten bytes each."""
 
     def real(which, value, place=0):
         return struct.pack("<BB", which, place) + struct.pack("<d", value)

@@ -13,7 +13,8 @@
 #ifndef OMENTUM_STUDY_RETRACTION_H
 #define OMENTUM_STUDY_RETRACTION_H
 
-#include "omentum/defras.h"
+#include "omentum/retract.h"
+#include "omentum/trial_search.h"
 #include "studies/study_draw.h"
 
 typedef enum OmStudyRetractionPart {  // bits of OmStudyRetractionDef.parts

@@ -172,10 +172,10 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     run->nforce_world = r->nforce_world;
     run->naction = r->naction;
     run->nplan = r->nplan;
-    run->nacquisition = r->nacquisition;
-    run->nupdate = r->nupdate;
-    for (int i = 0; i < r->nupdate; ++i) {
-        const OmRetractUpdate* u = &r->update[i];
+    run->nacquisition = r->belief.nacquisition;
+    run->nupdate = r->belief.nupdate;
+    for (int i = 0; i < r->belief.nupdate; ++i) {
+        const OmRetractUpdate* u = &r->belief.update[i];
         const bool is_adopted = u->stage == OM_UPDATE_ADOPTED;
         const bool has_effect = is_adopted || u->is_followed;
         run->nadopted += is_adopted;
@@ -187,8 +187,8 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
         run->ngood_alone +=
             scene->monitor.is_enabled && is_adopted && !u->is_followed && u->mu_after <= GOOD_MU;
     }
-    for (int k = 0; k < 3; ++k) run->nwarning[k] = r->nwarning[k];
-    run->mu_max = r->mu_max;
+    for (int k = 0; k < 3; ++k) run->nwarning[k] = r->belief.nwarning[k];
+    run->mu_max = r->belief.mu_max;
     run->hold = r->hold;
     run->time = r->time;
     run->wall_time = r->wall_time;

@@ -51,7 +51,7 @@ NICE = 10
 SLACK = 20  # processor seconds a test may take beyond five times what it takes without a mutant
 UNKNOWN_LIMIT = 600  # processor seconds of a test that was not timed before
 ROOM_CLI = {  # tests of the program that belong to a room besides those with its name
-    "calibrate": ["cli_calibrate"], "defras": ["cli_retract"], "plan": ["cli_plan"],
+    "calibrate": ["cli_calibrate"], "retract": ["cli_retract"], "plan": ["cli_plan"],
 }
 Mutant = collections.namedtuple("Mutant", "list line file title old new tests survives slow")
 

@@ -240,10 +240,10 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     char network[OM_SCENE_PATH];
     // An estimate is adopted only if the updated twin is closer to what the camera sees; default true.
     bool is_checked;
-    // Young's modulus of the twin is learnt from measured pulls (defras_modulus.h), also where is_enabled is false. It
+    // Young's modulus of the twin is learnt from measured pulls (belief_modulus.h), also where is_enabled is false. It
     // needs arms that measure force; default false.
     bool learns_modulus;
-    // The same from the shape that the depth camera sees in pulls (defras_modulus_shape.c). It needs the monitor;
+    // The same from the shape that the depth camera sees in pulls (belief_modulus_shape.c). It needs the monitor;
     // default false, `omentum retract --defras` sets it.
     bool learns_modulus_by_shape;
 } OmSceneUpdate;

@@ -42,7 +42,7 @@ class RetractResult:
         table = np.array([[getattr(raw.sample[i], n) for n in _SAMPLE_NAMES] for i in range(raw.nsample)]).reshape(-1, len(_SAMPLE_NAMES))
         return cls(lib.om_retract_outcome_text(int(raw.outcome)).decode(), raw.is_exposed, raw.reason,
                    {name: table[:, k].copy() for k, name in enumerate(_SAMPLE_NAMES)},
-                   [raw.action[i].as_dict() for i in range(raw.naction)], [raw.update[i].as_dict() for i in range(raw.nupdate)],
+                   [raw.action[i].as_dict() for i in range(raw.naction)], [raw.belief.update[i].as_dict() for i in range(raw.belief.nupdate)],
                    raw.as_dict())
 
 

@@ -1,5 +1,6 @@
 // cli_calibrate_force.c: omentum calibrate-force.
 #include "cli_retract.h"
+#include "omentum/trial_search.h"
 
 static const OmCliOption option[] = {
     OM_CLI_OPTION_DATA,

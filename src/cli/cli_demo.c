@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "cli_common.h"
-#include "omentum/defras.h"
 #include "omentum/report.h"
+#include "omentum/retract.h"
 #include "omentum/scene_ct.h"
 #include "omentum/scene_model.h"
 
@@ -220,7 +220,7 @@ static OmStatus add_charts(OmReport* page, const Demo* d) {
     const int n = r->nsample;
     int nevent = 0;
     OM_ALLOC_DONE(t, n + 1);
-    OM_ALLOC_DONE(event, r->nupdate + 1);
+    OM_ALLOC_DONE(event, r->belief.nupdate + 1);
     for (int k = 0; k < 4; ++k) OM_ALLOC_DONE(y[k], n + 1);
     for (int i = 0; i < n; ++i) {
         t[i] = r->sample[i].time;
@@ -229,8 +229,9 @@ static OmStatus add_charts(OmReport* page, const Demo* d) {
         y[2][i] = 100 * r->sample[i].visibility;
         y[3][i] = 100 * r->sample[i].visibility_world;
     }
-    for (int i = 0; i < r->nupdate; ++i)
-        if (r->update[i].stage == OM_UPDATE_ADOPTED) event[nevent++] = r->update[i].end;
+    for (int i = 0; i < r->belief.nupdate; ++i)
+        if (r->belief.update[i].stage == OM_UPDATE_ADOPTED)
+            event[nevent++] = r->belief.update[i].end;
     OmReportChart chart = {.title = "Distance of the tissue from the twin (mu), and warning state",
                            .x_label = "time, s; vertical lines: the twin adopts new attachments",
                            .y_label = "mm; state 0 to 3",
@@ -269,7 +270,7 @@ done:
 
 static int count_adopted(const OmRetractResult* r) {
     int n = 0;
-    for (int i = 0; i < r->nupdate; ++i) n += r->update[i].stage == OM_UPDATE_ADOPTED;
+    for (int i = 0; i < r->belief.nupdate; ++i) n += r->belief.update[i].stage == OM_UPDATE_ADOPTED;
     return n;
 }
 
@@ -302,26 +303,27 @@ static OmStatus add_run(OmReport* page, const Demo* d) {
                                   "why, with the reasons for each later plan.");
     OM_TRY(add_frames(page, d));
     om_report_heading(page, "5. Warning and update");
-    if (r->nwarning[0] > 0)
+    if (r->belief.nwarning[0] > 0)
         snprintf(
             text, sizeof text,
             "The depth camera saw the tissue up to %.1f mm from where the twin expected it. The "
             "warning state rose to 1 or above %d times, to 2 %d times, to 3 %d times. The twin "
             "adopted %d new estimates of its attachments.",
-            1e3 * r->mu_max, r->nwarning[0], r->nwarning[1], r->nwarning[2], count_adopted(r));
+            1e3 * r->belief.mu_max, r->belief.nwarning[0], r->belief.nwarning[1],
+            r->belief.nwarning[2], count_adopted(r));
     else
         snprintf(
             text, sizeof text,
             "No warning came up: the depth camera saw the tissue at most %.1f mm from where the "
             "twin expected it. The twin adopted %d new estimates of its attachments.",
-            1e3 * r->mu_max, count_adopted(r));
+            1e3 * r->belief.mu_max, count_adopted(r));
     om_report_paragraph(page, text);
-    if (r->nupdate > 0 && isfinite(r->update[0].part_before)) {
+    if (r->belief.nupdate > 0 && isfinite(r->belief.update[0].part_before)) {
         snprintf(
             text, sizeof text,
             "The first update came after %.1f s: a part of the tissue was %.1f mm from where the "
             "twin expected it, while most of it lay still.",
-            r->update[0].start, 1e3 * r->update[0].part_before);
+            r->belief.update[0].start, 1e3 * r->belief.update[0].part_before);
         om_report_paragraph(page, text);
     }
     OM_TRY(add_charts(page, d));
@@ -404,7 +406,7 @@ static void print_result(const Demo* d) {
            r->force_world_max);
     printf("  twin: at most %.1f mm from the tissue; warning state 1 reached %d times, 2 %d times; "
            "%d estimates of the attachments adopted\n",
-           1e3 * r->mu_max, r->nwarning[0], r->nwarning[1], count_adopted(r));
+           1e3 * r->belief.mu_max, r->belief.nwarning[0], r->belief.nwarning[1], count_adopted(r));
     printf("  %.0f s; report: %s/report.html\n", wall, d->out);
     om_cli_figure("dice_fat", d->dice[OM_CT_FAT]);
     om_cli_figure("dice_organ", d->dice[OM_CT_ORGAN]);
@@ -420,8 +422,8 @@ static void print_result(const Demo* d) {
     om_cli_figure("wall_s", wall);
     om_cli_figure("force_twin_n", r->force_max);
     om_cli_figure("force_truth_n", r->force_world_max);
-    om_cli_figure("warnings", r->nwarning[0]);
-    om_cli_figure("mu_max_mm", 1e3 * r->mu_max);
+    om_cli_figure("warnings", r->belief.nwarning[0]);
+    om_cli_figure("mu_max_mm", 1e3 * r->belief.mu_max);
     om_cli_figure("updates_adopted", count_adopted(r));
     om_cli_reason(r->reason);
     om_cli_path(d->out);

@@ -3,7 +3,7 @@
 
 #include "cli_common.h"
 #include "omentum/body.h"
-#include "omentum/defras_preplan.h"
+#include "omentum/trial_preplan.h"
 #include "omentum/umesh_net.h"
 
 #define FOLDER_KIND "plan before an operation"

@@ -1,6 +1,6 @@
 // cli_replay.c: omentum replay.
 #include "cli_retract.h"
-#include "omentum/defras_replay.h"
+#include "omentum/retract_replay.h"
 #include "omentum/umesh_net.h"
 
 static const OmCliOption option[] = {

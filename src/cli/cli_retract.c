@@ -87,19 +87,19 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
 
 // Print what the depth camera taught the twin.
 static void print_updates(const OmRetractResult* r) {
-    if (r->nacquisition == 0) return;
+    if (r->belief.nacquisition == 0) return;
     int nadopted = 0, nfollowed = 0, nrefused = 0;
     const char* reason = "";
-    for (int i = 0; i < r->nupdate; ++i) {
-        nadopted += r->update[i].stage == OM_UPDATE_ADOPTED;
-        nfollowed += r->update[i].is_followed;
-        nrefused += r->update[i].stage == OM_UPDATE_REFUSED;
-        if (r->update[i].stage == OM_UPDATE_REFUSED) reason = r->update[i].reason;
+    for (int i = 0; i < r->belief.nupdate; ++i) {
+        nadopted += r->belief.update[i].stage == OM_UPDATE_ADOPTED;
+        nfollowed += r->belief.update[i].is_followed;
+        nrefused += r->belief.update[i].stage == OM_UPDATE_REFUSED;
+        if (r->belief.update[i].stage == OM_UPDATE_REFUSED) reason = r->belief.update[i].reason;
     }
     printf("  updates: %d acquisitions, %d estimates adopted, %d followed, %d refused%s%s\n",
-           r->nacquisition, nadopted, nfollowed, nrefused, nrefused ? ", the last because " : "",
-           reason);
-    om_cli_figure("acquisitions", r->nacquisition);
+           r->belief.nacquisition, nadopted, nfollowed, nrefused,
+           nrefused ? ", the last because " : "", reason);
+    om_cli_figure("acquisitions", r->belief.nacquisition);
     om_cli_figure("updates_adopted", nadopted);
     om_cli_figure("updates_followed", nfollowed);
     om_cli_figure("updates_refused", nrefused);
@@ -137,12 +137,13 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "  note: in %d steps of the twin and %d of the truth an element was inverted, contact had not settled, "
             "or energy was gained: forces of these steps are less certain\n",
             r->twin_nbad, r->world_nbad);
-    if (r->nmonitor > 0) {
+    if (r->belief.nmonitor > 0) {
         printf("  twin: at most %.1f mm from the tissue in %d frames; warning state 1 reached %d "
                "times, 2 %d times, 3 %d times\n",
-               1e3 * r->mu_max, r->nmonitor, r->nwarning[0], r->nwarning[1], r->nwarning[2]);
-        om_cli_figure("warnings", r->nwarning[0]);
-        om_cli_figure("mu_max_mm", 1e3 * r->mu_max);
+               1e3 * r->belief.mu_max, r->belief.nmonitor, r->belief.nwarning[0],
+               r->belief.nwarning[1], r->belief.nwarning[2]);
+        om_cli_figure("warnings", r->belief.nwarning[0]);
+        om_cli_figure("mu_max_mm", 1e3 * r->belief.mu_max);
     }
     if (!r->is_settled) printf("  note: the tissue still moved when the operation began\n");
     if (r->has_slid)
@@ -154,11 +155,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
         printf(
             "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
             r->nadded);
-    if (r->nmeasured > 0)
+    if (r->effort.nmeasured > 0)
         printf(
             "  cloud: %d reaches to tissue that the depth camera sees up to %.1f mm from the twin's; %d jaws closed "
             "on nothing\n",
-            r->nmeasured, 1e3 * r->measured_off, r->nempty);
+            r->effort.nmeasured, 1e3 * r->effort.measured_off, r->effort.nempty);
     print_updates(r);
     if (dir) printf("  report: %s/report.html\n", dir);
     om_cli_figure("layout", scene->seed);
@@ -167,7 +168,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_figure("visibility_truth_end", r->visibility_world_end);
     om_cli_figure("actions", r->naction);
     om_cli_figure("operation_s", r->time);
-    om_cli_figure("path_mm", 1e3 * r->path);
+    om_cli_figure("path_mm", 1e3 * r->effort.path);
     om_cli_figure("wall_s", r->wall_time);
     om_cli_figure("force_twin_n", r->force_max);
     om_cli_figure("force_truth_n", r->force_world_max);

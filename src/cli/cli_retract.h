@@ -4,7 +4,7 @@
 
 #include "cli_common.h"
 #include "cli_supervise.h"
-#include "omentum/defras.h"
+#include "omentum/retract.h"
 #include "omentum/rl_acting.h"
 
 typedef struct OmCliRetract {

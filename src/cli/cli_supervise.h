@@ -2,7 +2,7 @@
 #ifndef OMENTUM_CLI_SUPERVISE_H
 #define OMENTUM_CLI_SUPERVISE_H
 
-#include "omentum/defras_loop.h"
+#include "omentum/loop.h"
 
 typedef struct OmCliPerson {  // zero at first
     bool reads;               // commands from standard input

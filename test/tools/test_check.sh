@@ -81,7 +81,7 @@ run base || fail "one room fails"
 
 # Whatever is bad is named, and does not end the check. Without Open MPI: a skip with a name. (PATH holds only what is needed.)
 good
-printf '#include "omentum/defras.h"\nint   a( void ){return 1;}\n' > src/base/base_a.c
+printf '#include "omentum/retract.h"\nint   a( void ){return 1;}\n' > src/base/base_a.c
 fake cmake 'case "$*" in *--build*dev*) echo "a.c:1: warning: unused";; esac; exit 0'
 add release test_x room_nn 'exit 1'
 rm "$tmp/bin/mpiexec" "$tmp/bin/mpicc"

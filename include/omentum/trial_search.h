@@ -1,0 +1,65 @@
+/// omentum/trial_search.h: what a scene allows, found by trying it in simulation (floor 8; thesis 6.5.1).
+///
+/// The force threshold from the forces of retractions, and the ceiling: can the region of interest be exposed at all?
+#ifndef OMENTUM_TRIAL_SEARCH_H
+#define OMENTUM_TRIAL_SEARCH_H
+
+#include "omentum/plan.h"
+#include "omentum/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is
+/// grasped by the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured
+/// forces ignored; epsilon is twice the median of the largest pull of each grasp. A fifth of the grasps is
+/// repeated on the simulated truth: the margin is the 95 % quantile of how much more than the twin it bears while
+/// the twin is between half the threshold and the threshold. A motion ends at twice the scene's threshold.
+typedef struct OmForceCalibration {
+    int nrun;                                            // grasps that held free tissue
+    double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls
+    double threshold;                                    // N, 2 x median
+    int nheld;           // grasps above attachments, which the threshold leaves out
+    double held_median;  // N, of their largest pulls; 0: none
+    double margin;       // N, for OmSceneTask.force_margin
+    double more_median;  // N, the median of truth less twin
+    int npair;           // instants at which truth and twin were compared
+} OmForceCalibration;
+/// Measure threshold and margin of a scene, as above.
+/// @return OM_OK; OM_INVALID (no grasp succeeds, or half of the grasps reach twice the threshold);
+///        OM_NO_MEMORY; OM_CANCELLED
+OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
+                                           const OmProgress* progress,
+                                           OmForceCalibration* calibration);
+
+/// Can a layout be exposed at all? Try, from rest on the simulated truth, every sequence of the planner's actions for
+/// one grasp (pulls until the ROI is exposed or to the height or force limit, then no fold, either fold, or both in
+/// either order), for every grasping point that is not above an attachment; without noise and without tools in view.
+typedef struct OmSearchResult {
+    int ngrasp, nsequence;     // grasping points and sequences tried
+    int nexposed;              // sequences that exposed the ROI
+    int first_block;           // that the other arm holds meanwhile; -1: one arm
+    double visibility;         // the largest of all sequences, 0 to 1
+    double force;              // N, the largest pull of that sequence, in the truth
+    int block;                 // grasping point of that sequence, -1: nothing can be grasped
+    OmPlanVerb first, second;  // folds of that sequence; OM_PLAN_PULL: none
+    int naction;  // fewest actions of a sequence that exposes the ROI, with reach and grasp; 0: none
+} OmSearchResult;
+/// @param force_limit  N; a motion ends there
+/// @return OM_OK, also if nothing exposes the ROI; OM_INVALID (a scene that cannot be run); OM_NO_MEMORY;
+///        OM_IO; OM_CANCELLED
+OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
+                                  const OmProgress* progress, OmSearchResult* result);
+/// As om_retract_search. Where no sequence exposes the ROI, the `nfirst` grasps with the largest visibility are held by
+/// one arm while the other tries every other block in the same way, until a pair exposes the ROI. The result then also
+/// counts these sequences; if `first_block` is not -1, `naction` counts the actions of both arms.
+/// @return as om_retract_search
+OM_API OmStatus om_retract_search_both(const OmScene* scene, double force_limit, int nfirst,
+                                       int nworker, const OmProgress* progress,
+                                       OmSearchResult* result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,59 @@
+// record_internal.h: the recorder of a loop, shared with its report.
+#ifndef OMENTUM_RECORD_INTERNAL_H
+#define OMENTUM_RECORD_INTERNAL_H
+
+#include "loop/loop_state.h"
+#include "omentum/image.h"
+#include "omentum/record.h"
+#include "omentum/report.h"
+#include "omentum/shape_tet10.h"
+
+typedef struct Frame {
+    OmPicture picture;
+    char* caption;
+    double time;  // s
+} Frame;
+
+typedef struct ContactRecord {  // when the pull in the truth was largest
+    double pull, time;          // N, s
+    double *x, *force;  // m, N: of the contact on the tissue; null: no pull yet     (nvert x 3)
+} ContactRecord;
+
+#define OM__RETRACT_KIND "retraction run"  // of the recorder's folder
+
+struct OmRecorder {
+    OmRecorderDef def;
+    OmBody* shown;       // the truth, or the twin without one
+    OmAnatomy* anatomy;  // of `shown`
+    OmFolder folder;     // written under a temporary name until the loop has ended
+    OmRecording* recording;
+    // of all parts: the tissue, organ, region of interest, tools
+    int nvert, ncell;
+    bool has_begun;                              // x_begin is of the first step
+    double *x, *x_begin, *displacement, *force;  // m, m, m, N                      (nvert x 3)
+    double* von_mises;                           // Pa; null: the engine has none     (ncell)
+    Frame* frame;
+    int nframe, frame_capacity;
+    int nacquisition;         // written
+    OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
+    ContactRecord contact;
+    int nplan;
+    OmText plans;                 // every plan and its reasons, as text
+    const struct OmAudit* audit;  // its sentences go into the report; null: none
+};
+
+/// The tissue of a body from below, attached vertices marked. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
+OmStatus om__draw_attached(const OmSite* site, const unsigned char* attached, OmPicture* picture);
+/// What was updated: a table, and pictures of the attachments. Nothing without updates.
+OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec,
+                                const OmRetractResult* result);
+OmStatus om__report_add_monitor(OmReport* report, const OmRecorder* rec,
+                                const OmRetractResult* result);
+/// Keep contact of the truth's tissue with an organ if the pull is the largest so far.
+OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now);
+void om__record_contact_done(ContactRecord* contact);
+/// A picture of the pressure on the organ; nothing without an organ or a pull.
+OmStatus om__report_add_contact(OmReport* report, const OmRecorder* rec);
+OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* result);
+
+#endif

@@ -1,0 +1,341 @@
+// retract.c: a run of the loop on a scene: builds world and twin, ticks to the end, writes the record.
+#include <string.h>
+
+#include "loop/loop_state.h"
+#include "omentum/record.h"
+#include "omentum/retract.h"
+#include "omentum/trial_ahead.h"
+#include "omentum/world_log.h"
+#include "retract/retract_belief.h"
+#include "retract/retract_journal.h"
+
+#define RETRACT_COOKIE 0x0de78a5
+
+OmRetractDef om_retract_default_def(const OmScene* scene) {
+    return (OmRetractDef){
+        .cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1, .has_recording = true};
+}
+
+OmStatus om_retract_use_all(OmScene* scene) {
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
+    scene->monitor.is_enabled = scene->update.is_enabled = true;
+    scene->update.learns_modulus_by_shape = om_engine_uses(engine, "young");
+    if (scene->task.ahead == 0) scene->task.ahead = OM_AHEAD_POINTS;
+    if (strcmp(scene->update.network, "none") == 0) strcpy(scene->update.network, "installed");
+    return OM_OK;
+}
+
+// ---- beginning ------------------------------------------------------------------------------------------
+
+// Objects of a loop on a scene.
+typedef struct Setup {
+    OmSite twin_site, world_site;
+    OmBody* twin;
+    OmWorld* world;
+    OmPlanner* planner;
+    OmRecorder* recorder;  // null: nothing is written
+    Journal* journal;      // null: neither written nor replayed
+    OmMatch* match;        // of the job of the updater; null: nothing is estimated
+    OmBanetNet* net;       // null: the scene names none
+    OmBanetUpdater* banet;
+    OmUpdater* updater;  // null: the scene has no updates
+    OmMonitor* monitor;  // null: the scene has none
+    OmAhead* ahead;      // null: the scene does not look ahead
+    OmModulus* modulus;  // null: the modulus is not learnt
+    OmLoop* loop;
+    int nadded;  // attachments that hold a twin that slid off
+} Setup;
+
+static void setup_done(Setup* s) {
+    om_loop_destroy(s->loop);
+    om_ahead_destroy(s->ahead);
+    om_modulus_destroy(s->modulus);
+    om_updater_destroy(s->updater);
+    om_monitor_destroy(s->monitor);
+    om_banet_updater_destroy(s->banet);
+    om_banet_net_destroy(s->net);
+    om_match_destroy(s->match);
+    om__journal_destroy(s->journal);
+    om_recorder_destroy(s->recorder);
+    om_world_destroy(s->world);
+    om_body_destroy(s->twin);
+    om_planner_destroy(s->planner);
+    om_site_done(&s->twin_site);
+    om_site_done(&s->world_site);
+}
+
+static OmStatus check_def(const OmRetractDef* def) {
+    OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
+    OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
+    const OmSceneTask* task = &def->scene->task;
+    const char* label = om_scene_label(def->scene);
+    OM_CHECK(task->force_margin >= 0 && om__force_limit(task) > 0, OM_INVALID,
+             "%s: task: force_margin %g N leaves nothing of force_threshold %g N", label,
+             task->force_margin, task->force_threshold);
+    OM_CHECK(!def->law.next || !def->records_observations, OM_INVALID,
+             "OmRetractDef.law: observations recorded with a motion law cannot be replayed; record "
+             "without it");
+    OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
+    OmStatus status = om__check_watch(task, engine);
+    if (status < 0) return om_error_prefix(status, "%s", label);
+    OM_CHECK(!def->scene->update.is_enabled || engine->has_springs, OM_INVALID,
+             "%s: update: the twin's engine \"%s\" has no springs, which hold the tissue where an "
+             "update finds it attached; choose an engine with springs (fem)",
+             label, engine->name);
+    OM_CHECK(!def->scene->update.learns_modulus_by_shape || def->scene->monitor.is_enabled,
+             OM_INVALID,
+             "%s: update: modulus_by_shape needs what the monitor sees; add `monitor: enabled: "
+             "true`, or leave it out",
+             label);
+    return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
+}
+
+// A simulated world at rest, or the observations of a replay.
+static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
+                            const OmProgress* progress, Setup* s) {
+    if (replay) {
+        OM_TRY(om_world_create_replayed(replay->log, &s->world));
+        return replay->is_settled ? OM_OK : OM_NOT_CONVERGED;
+    }
+    OM_TRY(om_site_build(def->scene, OM_SITE_WORLD, progress, &s->world_site));
+    OM_TRY(om_world_check_visible(def->scene, &s->world_site));
+    OM_TRY(om_world_create_simulated(def->scene, &s->world_site, def->nworker, &s->world));
+    return om_world_reset(s->world);
+}
+
+// Create sites, bodies, world and planner; let world and twin come to rest.
+static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
+                      Setup* s, bool* is_settled) {
+    const OmScene* scene = def->scene;
+    if (replay) {
+        OM_TRY(om__belief_load(replay->site, &s->twin_site));
+        OM_TRY(om_site_mesh_organ(scene, &s->twin_site));
+    } else {
+        OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
+    }
+    OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
+    OmPlannerDef planner = om_planner_default_def();
+    planner.program = def->program;
+    planner.has_both_arms = replay ? replay->has_both_arms : def->has_both_arms;
+    planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
+    OM_TRY(om_planner_create(&planner, &s->planner));
+    OmStatus twin = om__rest_settle(scene, s->twin, &s->nadded);
+    OM_TRY(twin);
+    OmStatus world = build_world(def, replay, progress, s);
+    *is_settled = twin == OM_OK && world == OM_OK;
+    return world;
+}
+
+// An updater, if the scene corrects the twin's attachments or acquisitions are recorded.
+static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Setup* s) {
+    const bool is_enabled = def->scene->update.is_enabled;
+    if (!is_enabled && !(def->records_acquisitions && def->out_dir)) return OM_OK;
+    OmUpdateDef update = om_update_default_def(def->scene, s->world, &s->twin_site);
+    if (is_enabled) {
+        OmMatchDef match = om_match_default_def(def->scene, &s->twin_site);
+        match.is_unchecked = !def->scene->update.is_checked;
+        OM_TRY(om_match_create(&match, &s->match));
+        update.estimate = om_update_estimate_by_match;
+        update.estimate_ctx = s->match;
+        OM_TRY(om_banet_net_find(def->scene->update.network, def->scene->data_root, &s->net));
+    }
+    if (s->net) {
+        OmBanetUpdateDef banet = om_banet_update_default_def(s->match);
+        banet.net = s->net;
+        banet.tries_last_corrected = true;
+        OM_TRY(om_banet_updater_create(&banet, &s->banet));
+        update.estimate = om_update_estimate_by_banet;
+        update.estimate_ctx = s->banet;
+    }
+    if (replay) {
+        update.timing = replay->is_ready_timed ? OM_UPDATE_REPLAYED : OM_UPDATE_AFTER_LATENCY;
+        update.replay_tick = replay->end_tick;
+        update.nreplay = replay->nestimate;
+    }
+    return om_updater_create(&update, &s->updater);
+}
+
+// The recorder, the audit and the log; a replay has the audit alone.
+static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, Setup* s,
+                                OmLoopDef* loop, OmLoopListener listener[3]) {
+    if (!def->out_dir && !replay) return OM_OK;
+    if (!replay) {
+        OmRecorderDef rec =
+            om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
+        rec.truth = loop->truth;
+        rec.frame_every = def->frame_every;
+        rec.records_acquisitions = def->records_acquisitions;
+        rec.has_recording = def->has_recording;
+        OM_TRY(om_recorder_create(&rec, &s->recorder));
+    }
+    const JournalTwin twin = {&s->twin_site, s->net ? om_banet_net_hash(s->net) : 0};
+    OM_TRY(om__journal_create(def, s->recorder, replay, s->world, s->planner, &twin, &s->journal));
+    loop->world = om__journal_world(s->journal);
+    loop->nlistener = om__journal_listeners(s->journal, listener);
+    if (s->recorder) listener[loop->nlistener++] = om_recorder_listener(s->recorder);
+    loop->listener = listener;
+    return OM_OK;
+}
+
+static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
+                      Setup* s) {
+    double wall_begin = om_clock_now();
+    bool is_settled = false;
+    OM_TRY(build(def, replay, progress, s, &is_settled));
+    OmLoopDef loop = om_loop_default_def(&def->scene->task, s->world, s->twin, s->planner);
+    OmLoopListener listener[3];
+    loop.truth = om_world_truth(s->world);
+    loop.is_settled = is_settled;
+    loop.nadded = s->nadded;
+    loop.wall_begin = wall_begin;
+    OM_TRY(build_updater(def, replay, s));
+    loop.updater = s->updater;
+    loop.preplan = def->preplan;
+    if (def->scene->task.ahead > 0) {
+        OmAheadDef ahead = om_ahead_default_def(def->scene, &s->twin_site);
+        OM_TRY(om_ahead_create(&ahead, s->twin, &s->ahead));
+        loop.ahead = s->ahead;
+    }
+    if (def->scene->update.learns_modulus || def->scene->update.learns_modulus_by_shape) {
+        OmModulusDef modulus = om_modulus_default_def(def->scene, &s->twin_site);
+        modulus.match = s->match;
+        OM_TRY(om_modulus_create(&modulus, &s->modulus));
+        loop.modulus = s->modulus;
+    }
+    loop.law = def->law;
+    loop.is_attended = def->supervise != NULL;
+    loop.needs_approval = def->needs_approval;
+    if (def->scene->monitor.is_enabled) {
+        OmMonitorDef monitor = om_monitor_default_def(def->scene, s->world, &s->twin_site);
+        monitor.mesh = om_body_mesh(s->twin);
+        OM_TRY(om_monitor_create(&monitor, &s->monitor));
+        loop.monitor = s->monitor;
+    }
+    OM_TRY(build_listeners(def, replay, s, &loop, listener));
+    if (replay) {
+        loop.is_attended = replay->is_attended;
+        loop.needs_approval = replay->needs_approval;
+        loop.max_age = replay->max_age;
+    }
+    return om_loop_create(&loop, &s->loop);
+}
+
+// ---- the run --------------------------------------------------------------------------------------------
+
+// Commands that the recorded run got after this tick.
+static OmStatus give_commands(const Setup* s, const Replay* replay, int* next) {
+    while (replay && *next < replay->ncommand && om_loop_phase(s->loop) != OM_LOOP_ENDED &&
+           replay->command[*next].tick <= om_loop_ntick(s->loop))
+        OM_TRY(om_loop_command(s->loop, &replay->command[(*next)++].command));
+    return OM_OK;
+}
+
+// Actions in all, as far as the loop knows: those done and what is left of the present plan.
+static int expected_actions(const OmLoop* loop) {
+    const OmPlan* plan = om_loop_plan(loop);
+    const OmPlanAction* now = om_loop_action(loop);
+    int left = om_loop_phase(loop) != OM_LOOP_ENDED;  // between two plans: one at least
+    if (now) left = plan->naction - (int)(now - plan->action);
+    return om_loop_result(loop)->naction + left;
+}
+
+// Tick to the end. Progress may cancel the run: the record so far is kept.
+static OmStatus run(const OmRetractDef* def, const Replay* replay, const Setup* s,
+                    const OmProgress* progress) {
+    int ncommand = 0;
+    OM_TRY(give_commands(s, replay, &ncommand));
+    while (om_loop_phase(s->loop) != OM_LOOP_ENDED) {
+        OM_TRY(om_loop_tick(s->loop));
+        OM_TRY(give_commands(s, replay, &ncommand));
+        if (def->supervise) OM_TRY(def->supervise(def->supervise_ctx, s->loop));
+        const int naction = om_loop_result(s->loop)->naction;
+        OmStatus status =
+            om_progress_report(progress, "retracting", naction, expected_actions(s->loop));
+        if (status >= 0 || om_loop_phase(s->loop) == OM_LOOP_ENDED) continue;
+        OM_TRY(om_loop_command(s->loop, &(OmLoopCommand){OM_LOOP_CANCEL}));
+        if (!s->recorder) return om_error(OM_CANCELLED, "%s", om_loop_result(s->loop)->reason);
+        return om_error(OM_CANCELLED, "cancelled; the record so far is in %s",
+                        om_recorder_place(s->recorder));
+    }
+    return OM_OK;
+}
+
+OmStatus om__retract_run(const OmRetractDef* def, Replay* replay, const OmProgress* progress,
+                         OmRetractResult* result) {
+    memset(result, 0, sizeof *result);
+    OM_TRY(check_def(def));
+    Setup setup = {0};
+    OmStatus status = begin(def, replay, progress, &setup);
+    if (status >= 0) status = run(def, replay, &setup, progress);
+    if (replay && setup.journal) {
+        if (status < 0) snprintf(replay->failure, sizeof replay->failure, "%s", om_error_message());
+        OmStatus kept = om_text_append(&replay->audit, "%s", om__journal_text(setup.journal));
+        if (kept < 0) status = kept;
+    }
+    if (status >= 0) status = om_loop_take_result(setup.loop, result);
+    setup_done(&setup);
+    return status;
+}
+
+OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
+                        OmRetractResult* result) {
+    return om__retract_run(def, NULL, progress, result);
+}
+
+// ---- before a run -------------------------------------------------------------------------------------------
+
+static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEstimate* e) {
+    const OmLoop* loop = s->loop;
+    const OmRetractResult* r = om_loop_result(loop);
+    const OmSceneCamera* camera = &def->scene->endoscope;
+    e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
+    e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
+    e->twin_norgan = s->twin_site.soft.nvert, e->world_norgan = s->world_site.soft.nvert;
+    e->nadded = r->nadded;
+    e->twin_nattached = om__count_attached(s->twin) - r->nadded;
+    e->world_nattached = om__count_attached(om_world_truth(s->world));
+    e->nblock = loop->grid.n * loop->grid.n;
+    for (int b = 0; b < e->nblock; ++b)
+        e->ngrasp += loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, s->twin, b);
+    e->visibility = om_loop_sample(loop).visibility;
+    e->is_settled = r->is_settled;
+    e->has_slid = r->has_slid;
+    int every = def->frame_every, max = def->scene->task.max_actions;
+    double nframe = 1 + (every > 0 ? max / every : 0);
+    e->picture_bytes = nframe * 3.0 * camera->width * camera->height;
+}
+
+// A first look and a first plan, then ticks with the arms paused.
+static OmStatus estimate_loop(const OmRetractDef* def, const Setup* s, OmRetractEstimate* e) {
+    double start = om_clock_now();
+    OM_TRY(om_loop_command(s->loop, &(OmLoopCommand){OM_LOOP_PAUSE}));
+    OM_TRY(om_loop_tick(s->loop));
+    fill_estimate(def, s, e);
+    OmStatus status = om__loop_plan(s->loop);
+    OM_TRY(status);
+    e->nplanned = status == OM_OK ? s->loop->plan.naction : 0;
+    e->begin_time += om_clock_now() - start;
+    const double tick_start = om_clock_now(), time = s->loop->act.time;
+    int ntick = (int)ceil(OM_RETRACT_CHECK_TIME / def->scene->task.time_step);
+    for (int i = 0; i < ntick; ++i) OM_TRY(om_loop_tick(s->loop));
+    e->time_rate = (om_clock_now() - tick_start) / fmax(1e-3, s->loop->act.time - time);
+    return OM_OK;
+}
+
+OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
+                          OmRetractEstimate* estimate) {
+    memset(estimate, 0, sizeof *estimate);
+    OM_TRY(check_def(def));
+    const double start = om_clock_now();
+    OmRetractDef unwritten = *def;
+    unwritten.out_dir = NULL;
+    Setup setup = {0};
+    OmStatus status = begin(&unwritten, NULL, progress, &setup);
+    estimate->begin_time = om_clock_now() - start;
+    if (status >= 0) status = estimate_loop(def, &setup, estimate);
+    setup_done(&setup);
+    return status;
+}

@@ -1,0 +1,263 @@
+// trial_calibrate.c: the force threshold of a scene, from the forces of its retractions (6.5.1).
+//
+// The twin tries every block of every layout from rest, without a force limit: a lift to the height limit; then, if
+// the ROI is still hidden, a fold away from the camera and, again from the height limit, a fold towards the ROI. The
+// largest pull of the three is a sample; the threshold is twice the median of the samples of free tissue. Grasps above
+// an attachment, which the planner does not choose, are counted apart. Motions are SPEED_UP times as fast as those of
+// the task. A motion ends at CAP times the scene's threshold: larger forces do not change a median below this value,
+// and a median above it is an error.
+//
+// The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
+// attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. The margin is the 95 % quantile
+// of truth less twin over all instants at which the twin's pull is between half the threshold and the threshold.
+// Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
+// pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
+// sorted by layout and block.
+#include <stdatomic.h>
+#include <string.h>
+
+#include "base/base_grow.h"
+#include "omentum/trial_search.h"
+#include "trial/trial_lift.h"
+
+#define SPEED_UP 3.0
+#define CAP 2.0
+#define TRUTH_EVERY 4
+#define MARGIN_QUANTILE 0.95
+
+typedef struct Pairs {  // twin's and truth's pull at the same instants, N
+    int n, capacity;
+    double *twin, *truth;
+} Pairs;
+
+typedef struct Calibration {
+    const OmScene* scene;
+    double* largest;        // N, -1 where nothing was held (nlayout x nblock)
+    bool* is_fixed;         // the block is above an attachment (nlayout x nblock)
+    Pairs* pairs;           // of each layout
+    TrialOutcome* outcome;  // of each layout
+    int nblock, nlayout;
+    int first;  // first layout of the current round
+    const OmProgress* progress;
+    atomic_flag is_reporting;
+    atomic_bool is_cancelled;
+} Calibration;
+
+// Before each step of a layout: a layout takes a minute. One worker at a time reports.
+static OmStatus tick(void* ctx) {
+    Calibration* c = ctx;
+    if (atomic_load(&c->is_cancelled)) return om_error(OM_CANCELLED, "cancelled");
+    if (atomic_flag_test_and_set(&c->is_reporting)) return OM_OK;
+    const OmStatus status =
+        om_progress_report(c->progress, "calibrating force", c->first, c->nlayout);
+    atomic_flag_clear(&c->is_reporting);
+    if (status < 0) atomic_store(&c->is_cancelled, true);
+    return status;
+}
+
+static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
+    for (int i = 0; i < trace->n; ++i) {
+        int capacity = p->capacity;  // that of both, once both have grown
+        OM_GROW(p->twin, p->n, capacity, 256);
+        OM_GROW(p->truth, p->n, p->capacity, 256);
+        p->twin[p->n] = trace->force[i];
+        p->truth[p->n++] = truth[i];
+    }
+    return OM_OK;
+}
+
+// The same motions on the truth: the lift, then each fold from the lifted state.
+static OmStatus replay_grasp(Trial* truth, int block, const Trace trace[3], Pairs* pairs) {
+    OmStatus status = OM_OK;
+    TrialResult course = {0};
+    int nheld, longest = 0;
+    double* force = NULL;
+    void* lifted = NULL;
+    OM_TRY(om__trial_grasp(truth, block, &course, &nheld));
+    if (nheld == 0) return OM_OK;
+    for (int k = 0; k < 3; ++k) longest = trace[k].n > longest ? trace[k].n : longest;
+    OM_ALLOC_DONE(force, longest);
+    lifted = om_alloc(1, om_body_state_size(truth->body));
+    OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+    for (int k = 0; k < 3; ++k) {
+        if (k > 1) om_body_restore(truth->body, lifted);
+        OM_TRY_DONE(om__trial_replay(truth, &trace[k], force));
+        OM_TRY_DONE(add_pairs(pairs, &trace[k], force));
+        if (k == 0) om_body_save(truth->body, lifted);
+    }
+done:
+    om_free(force);
+    om_free(lifted);
+    return status;
+}
+
+// All motions of one grasp by the twin; the truth follows if it is not null.
+static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest, Pairs* pairs) {
+    static const OmPlanVerb fold[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
+    Trace trace[3] = {{0}, {0}, {0}};
+    TrialResult course = {.trace = &trace[0]};
+    void* lifted = NULL;
+    double cap = CAP * twin->scene.task.force_threshold;
+    int nheld;
+    OM_TRY(om__trial_grasp(twin, block, &course, &nheld));
+    if (nheld == 0) return OM_OK;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om__trial_lift(twin, cap, &course));
+    *largest = course.force;
+    if (!course.is_stopped && course.visibility < twin->scene.task.visibility) {
+        lifted = om_alloc(1, om_body_state_size(twin->body));
+        OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+        om_body_save(twin->body, lifted);
+        for (int k = 0; k < 2; ++k) {
+            if (k) om_body_restore(twin->body, lifted);
+            TrialResult c = {.tip = course.tip, .trace = &trace[1 + k]};
+            OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
+            *largest = fmax(*largest, c.force);
+        }
+    }
+    if (truth) status = replay_grasp(truth, block, trace, pairs);
+done:
+    om_free(lifted);
+    for (int k = 0; k < 3; ++k) om__trace_done(&trace[k]);
+    return status;
+}
+
+static OmStatus run_layout(Calibration* c, int layout) {
+    Trial *twin = NULL, *truth = NULL;
+    OmStatus status = om__trial_create(c->scene, layout + 1, OM_SITE_TWIN, 1, &twin);
+    if (status == OM_OK) status = om__trial_create(c->scene, layout + 1, OM_SITE_WORLD, 1, &truth);
+    for (int b = 0, nfree = layout; status >= 0 && b < c->nblock; ++b) {
+        double* largest = &c->largest[layout * c->nblock + b];
+        *largest = -1;
+        if (twin->grid.vert[b] < 0) continue;
+        twin->tick = truth->tick = tick;
+        twin->tick_ctx = truth->tick_ctx = c;
+        twin->speed = SPEED_UP * c->scene->task.speed;
+        bool is_fixed = om__grid_is_fixed(&twin->grid, twin->body, b);
+        bool has_truth = !is_fixed && nfree++ % TRUTH_EVERY == 0;
+        c->is_fixed[layout * c->nblock + b] = is_fixed;
+        status = try_grasp(twin, has_truth ? truth : NULL, b, largest, &c->pairs[layout]);
+    }
+    om__trial_destroy(twin);
+    om__trial_destroy(truth);
+    return status;
+}
+
+static void run_layouts(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Calibration* c = ctx;
+    for (int i = begin; i < end; ++i) {
+        TrialOutcome* o = &c->outcome[c->first + i];
+        o->status = run_layout(c, c->first + i);
+        if (o->status < 0) snprintf(o->message, sizeof o->message, "%s", om_error_message());
+    }
+}
+
+static double quantile(const double* sorted, int n, double share) {
+    int i = (int)(share * n);
+    return sorted[i < n ? i : n - 1];
+}
+
+static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
+    int total = 0, n = 0;
+    for (int k = 0; k < c->nlayout; ++k) total += c->pairs[k].n;
+    double* more;
+    OM_ALLOC(more, total);
+    for (int k = 0; k < c->nlayout; ++k) {
+        const Pairs* p = &c->pairs[k];
+        for (int i = 0; i < p->n; ++i) {
+            if (p->twin[i] >= 0.5 * out->threshold && p->twin[i] <= out->threshold)
+                more[n++] = p->truth[i] - p->twin[i];
+        }
+    }
+    out->npair = n;
+    if (n > 0) {
+        om_sort_doubles(more, n);
+        out->more_median = quantile(more, n, 0.5);
+        out->margin = fmax(0, quantile(more, n, MARGIN_QUANTILE));
+    }
+    om_free(more);
+    return OM_OK;
+}
+
+static double median_of(const double* sorted, int n) {
+    return n > 0 ? 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]) : 0;
+}
+
+// The samples of one kind, sorted.
+static int take_samples(const Calibration* c, bool is_fixed, double* sample) {
+    int n = 0;
+    for (int i = 0; i < c->nlayout * c->nblock; ++i)
+        if (c->largest[i] >= 0 && c->is_fixed[i] == is_fixed) sample[n++] = c->largest[i];
+    om_sort_doubles(sample, n);
+    return n;
+}
+
+static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
+    OmStatus status = OM_OK;
+    double* sample = NULL;
+    OM_ALLOC(sample, (size_t)c->nlayout * (size_t)c->nblock);
+    int n = take_samples(c, true, sample);
+    *out = (OmForceCalibration){.nheld = n, .held_median = median_of(sample, n)};
+    n = take_samples(c, false, sample);
+    OM_CHECK_DONE(n > 0, OM_INVALID,
+                  "%s: no grasping point of free tissue can be grasped in any layout",
+                  om_scene_label(c->scene));
+    out->nrun = n;
+    out->median = median_of(sample, n);
+    out->lower_quartile = quantile(sample, n, 0.25);
+    out->upper_quartile = quantile(sample, n, 0.75);
+    out->max = sample[n - 1];
+    out->threshold = 2 * out->median;
+    OM_CHECK_DONE(
+        out->median < CAP * c->scene->task.force_threshold, OM_INVALID,
+        "%s: half of the grasps take more than %g N, where the calibration ends a motion; make "
+        "force_threshold larger and calibrate again",
+        om_scene_label(c->scene), CAP * c->scene->task.force_threshold);
+    status = find_margin(c, out);
+done:
+    om_free(sample);
+    return status;
+}
+
+OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
+                                    const OmProgress* progress, OmForceCalibration* calibration) {
+    memset(calibration, 0, sizeof *calibration);
+    OM_CHECK(nlayout >= 1 && nlayout <= 10000, OM_INVALID, "%d layouts; 1 to 10000", nlayout);
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
+    OM_CHECK(om_engine_capabilities(engine) & OM_ENGINE_FORCES, OM_INVALID,
+             "the twin's engine \"%s\" has no forces in newtons to calibrate", engine->name);
+    Calibration c = {.scene = scene,
+                     .nlayout = nlayout,
+                     .nblock = scene->task.grid * scene->task.grid,
+                     .progress = progress,
+                     .is_reporting = ATOMIC_FLAG_INIT};
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
+    OM_CALLOC_DONE(c.is_fixed, (size_t)nlayout * (size_t)c.nblock);
+    OM_CALLOC_DONE(c.pairs, nlayout);
+    OM_CALLOC_DONE(c.outcome, nlayout);
+    // One layout for each worker in a round.
+    int worker = om_worker_count(nworker);
+    for (; c.first < nlayout; c.first += worker) {
+        OM_TRY_DONE(om_progress_report(progress, "calibrating force", c.first, nlayout));
+        int n = nlayout - c.first < worker ? nlayout - c.first : worker;
+        om_parallel_for(worker, n, 1, run_layouts, &c);
+        for (int i = c.first; i < c.first + n; ++i) {
+            OM_CHECK_DONE(c.outcome[i].status >= 0, c.outcome[i].status, "layout %d: %s", i + 1,
+                          c.outcome[i].message);
+        }
+    }
+    status = summarise(&c, calibration);
+done:
+    for (int k = 0; c.pairs && k < nlayout; ++k) {
+        om_free(c.pairs[k].twin);
+        om_free(c.pairs[k].truth);
+    }
+    om_free(c.pairs);
+    om_free(c.largest);
+    om_free(c.is_fixed);
+    om_free(c.outcome);
+    return status;
+}
