@@ -12,8 +12,6 @@
 #include "belief/belief_state.h"
 #include "belief/belief_updater.h"
 
-#define CLEAR \
-    0.6  // of the mean distance before: attachments learnt from a fold leave at most so much
 #define LOOK_LIMIT 1.5  // s, longest wait for a picture beyond the rest
 
 // ---- acquisitions ---------------------------------------------------------------------------------------
@@ -24,21 +22,6 @@ static OmUpdateEvent make_event(const Belief* belief, OmUpdateStage stage, int i
                            .tick = belief->act->tick,
                            .time = belief->act->time,
                            .reason = ""};
-}
-
-bool om__look_is_due(const Belief* belief) {
-    const OmUpdater* u = belief->updater;
-    if (!u) return false;
-    OmPlanVerb verb = belief->act->action.plan.verb;
-    if (verb != OM_PLAN_PULL && verb != OM_PLAN_MOVE_ROI && verb != OM_PLAN_MOVE_AWAY) return false;
-    // An estimate under way answers a warning: its effect is awaited first.
-    const bool is_answered = u->job || belief->has_effect_due;
-    if (belief->monitor && u->def.estimate && (belief->warning_action == 0 || is_answered))
-        return false;
-    double lift = 0;
-    for (int a = 0; a < OM_MAX_ARM; ++a)
-        if (belief->act->arm[a].in_hand >= 0) lift = fmax(lift, belief->act->arm[a].lift);
-    return lift >= u->def.settings.min_lift - 5e-4;  // a measured tip stops that far from its goal
 }
 
 // Attachments of the twin. While it adopts an estimate a spring that fades is none.
@@ -127,7 +110,7 @@ static OmStatus begin_record(Belief* belief) {
 
 static OmStatus start_estimate(Belief* belief) {
     OmUpdater* u = belief->updater;
-    belief->is_of_fold = belief->has_dragged;
+    belief->is_of_fold = belief->warn.has_dragged;
     OM_TRY(om__modulus_tell_match(belief));
     OM_TRY(begin_record(belief));
     OM_TRY(om__updater_start(u, belief->act->tick, belief->act->time));
@@ -193,13 +176,6 @@ OmStatus om__look_notify_follow(Belief* belief) {
     return om__belief_tell(belief, &event);
 }
 
-// A fold deviates for other reasons than attachments (belief_follow.c): an estimate must explain most of it.
-static bool is_doubtful(const Belief* belief) {
-    const OmMatchEstimate* e = &belief->updater->estimate;
-    return belief->monitor && belief->is_of_fold && e->has_shape &&
-           e->after_mean > CLEAR * e->before_mean;
-}
-
 // No attachments explain the scan: the twin follows it, if it can.
 static OmStatus follow(Belief* belief, const char* reason) {
     bool has_begun;
@@ -208,15 +184,35 @@ static OmStatus follow(Belief* belief, const char* reason) {
     return end_record(belief, has_begun ? OM_UPDATE_FOLLOWED : OM_UPDATE_REFUSED, reason, NULL);
 }
 
-// Attachments explain too little of a fold.
-static OmStatus follow_fold(Belief* belief) {
+// Why the best attachments are not taken.
+static void explain(const OmMatchEstimate* e, char* reason, size_t size) {
+    if (!e->is_accepted)
+        snprintf(reason, size, "%s", e->reason);
+    else
+        snprintf(
+            reason, size,
+            "with the best ones the folded tissue is still %.1f mm from the model, before %.1f "
+            "mm (mean)",
+            1e3 * e->after_mean, 1e3 * e->before_mean);
+}
+
+// What a ripe estimate, or an error in its place, leads to.
+static OmStatus follow_verdict(Belief* belief, bool has_failed) {
     const OmMatchEstimate* e = &belief->updater->estimate;
-    char reason[160];
-    snprintf(reason, sizeof reason,
-             "with the best ones the folded tissue is still %.1f mm from the model, before %.1f mm "
-             "(mean)",
-             1e3 * e->after_mean, 1e3 * e->before_mean);
-    return follow(belief, reason);
+    const EstimateEvidence evidence = {.has_failed = has_failed,
+                                       .is_accepted = e->is_accepted,
+                                       .has_monitor = belief->monitor != NULL,
+                                       .is_of_fold = belief->is_of_fold,
+                                       .has_shape = e->has_shape,
+                                       .before_mean = e->before_mean,
+                                       .after_mean = e->after_mean};
+    char reason[256];
+    switch (om__belief_judge(&evidence)) {
+    case VERDICT_REFUSE: return end_record(belief, OM_UPDATE_REFUSED, om_error_message(), NULL);
+    case VERDICT_FOLLOW: explain(e, reason, sizeof reason); return follow(belief, reason);
+    case VERDICT_ADOPT: break;
+    }
+    return adopt(belief);
 }
 
 static OmStatus end_estimate(Belief* belief) {
@@ -233,14 +229,7 @@ static OmStatus end_estimate(Belief* belief) {
         om__belief_alarm(belief, OM_HOLD_UPDATE,
                          "%d estimates in a row failed, the last because %.120s", belief->nfailed,
                          om_error_message());
-    if (status != OM_OK)
-        status = end_record(belief, OM_UPDATE_REFUSED, om_error_message(), NULL);
-    else if (!u->estimate.is_accepted)
-        status = follow(belief, u->estimate.reason);
-    else if (is_doubtful(belief))
-        status = follow_fold(belief);
-    else
-        status = adopt(belief);
+    status = follow_verdict(belief, status != OM_OK);
     om__updater_drop(u);
     return status;
 }

@@ -273,7 +273,7 @@ OmStatus om__modulus_learn(Belief* belief) {
     OmStatus status = om__modulus_repeat(m, belief->task->time_step);
     if (status < 0) return status;
     if (belief->host.on_pause) belief->host.on_pause(belief->host.ctx);
-    const double u = belief->warning > 0 ? (double)NAN : estimate(m), last = m->last;
+    const double u = belief->warn.state > 0 ? (double)NAN : estimate(m), last = m->last;
     m->last = u;
     m->begin = m->n;
     if (fabs(u - last) < SAME) om__modulus_adopt(belief, 0.5 * (u + last), false);

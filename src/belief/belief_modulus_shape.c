@@ -22,7 +22,7 @@
 void om__modulus_note_pull(Belief* belief) {
     OmModulus* m = belief->modulus;
     const double way = om_distance(m->tick[m->n - 1].tip.p, m->shape_tip);
-    const bool is_pull = belief->act->action.plan.verb == OM_PLAN_PULL && !belief->has_dragged;
+    const bool is_pull = belief->act->action.plan.verb == OM_PLAN_PULL && !belief->warn.has_dragged;
     m->is_shape_due = is_pull && m->nstep == 0 && way >= OM_MODULUS_MIN_WAY;
 }
 

@@ -3,6 +3,7 @@
 #define OMENTUM_BELIEF_STATE_H
 
 #include "act/act_state.h"
+#include "belief/belief_decide.h"
 #include "belief/belief_updater.h"
 #include "omentum/belief.h"
 #include "omentum/match_adopt.h"
@@ -56,18 +57,11 @@ typedef struct Belief {
     // the warning state (belief_warn.c)
     OmMonitorFrame frame;  // the last one
     OmSceneMonitor monitor_settings;
-    bool is_acting;       // set by the loop: an action is under way, or what it exposed is verified
-    int warning;          // state of Alg. 5, or of a part of the tissue
-    int unsettled;        // what it would be if a fold were judged while it moves
+    bool is_acting;  // set by the loop: an action is under way, or what it exposed is verified
+    Warning warn;
+    int warning_action;   // largest state during the current action that nothing has answered
     double settle_begin;  // s, since when the arms keep still after a fold
-    double part_rest;     // m, OmMonitorFrame.part before the present grasp
-    int part_state;       // 0 to 2
-    int fold_state;       // by the limits of folds; 0 before a fold of this grasp
-    int warning_action;   // largest during the current action
-    double state3_begin;  // s, since when it is 3
     bool has_grasped;     // tissue, in this operation
-    bool has_dragged;     // held tissue was folded since it was grasped
-    bool is_overruled;    // a person continues in state 3
     bool has_effect_due;  // of the last update on mu
     double effect_time;   // s, when to measure it
     int effect_update;    // which one
@@ -132,13 +126,14 @@ double
 om__warn_part(const Belief* belief);  // m, OmMonitorFrame.part less its value before the grasp
 bool om__warn_is_due(const Belief* belief);  // a frame, in the step that follows
 OmStatus om__warn_frame(Belief* belief, const OmObservation* obs);
-OmStatus om__warn_end(Belief* belief);            // at the end: the effect of the last update
-bool om__warn_stops(const Belief* belief);        // the current motion must stop
-bool om__warn_must_settle(const Belief* belief);  // a fold has ended that is still to be judged
+OmStatus om__warn_end(Belief* belief);      // at the end: the effect of the last update
+bool om__warn_stops(const Belief* belief);  // the current motion must stop
+// When an action has ended, or the step `done` after it: what comes next.
+// @param continues  the plan's next action is a pull
+AfterStep om__warn_after(const Belief* belief, bool continues, AfterStep done);
 void om__warn_begin_settling(Belief* belief);
 // While the arms keep still after a fold: judge it at the end.
 OmStatus om__warn_settle(Belief* belief, bool* needs_tick);
-bool om__warn_must_learn(const Belief* belief);  // after an action
 OmStatus om__warn_note_update(Belief* belief, OmUpdateStage stage);
 void om__warn_begin_learning(Belief* belief);
 bool om__warn_is_learning(Belief* belief);  // false: the arms need not wait any more
@@ -146,7 +141,6 @@ void om__warn_give_up(Belief* belief);  // arms that hold tissue must release it
 
 // ---- acquisitions and estimates (belief_look.c): nothing happens without an updater -----------------------------
 
-bool om__look_is_due(const Belief* belief);  // after an action
 // Take an acquisition, or set needs_tick until the tissue rests.
 OmStatus om__look_take(Belief* belief, bool* needs_tick);
 void om__look_note_grasp(Belief* belief, int arm, OmPose pose_world_tip);

@@ -368,7 +368,7 @@ bool om_loop_is_paused(const OmLoop* loop) { return loop->is_paused; }
 
 OmHold om_loop_hold(const OmLoop* loop) { return loop->hold; }
 
-int om_loop_warning(const OmLoop* loop) { return loop->belief.warning; }
+int om_loop_warning(const OmLoop* loop) { return loop->belief.warn.state; }
 
 const char* om_loop_hold_reason(const OmLoop* loop) { return loop->hold_text; }
 

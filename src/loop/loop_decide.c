@@ -259,48 +259,39 @@ static void conclude_action(OmLoop* loop, bool* needs_tick) {
         leave_action(loop);
 }
 
-static void begin_learning(OmLoop* loop) {
-    loop->stage = STAGE_LEARN;
-    om__warn_begin_learning(&loop->belief);
-}
-
-static void begin_settling(OmLoop* loop) {
-    loop->stage = STAGE_SETTLE;
-    om__warn_begin_settling(&loop->belief);
-}
-
-// A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
-// end of a plan, or a release, depends on what is learnt.
-static bool must_wait(const OmLoop* loop) {
-    const OmUpdater* u = loop->belief.updater;
-    const int next = loop->action_index + 1;
-    if (!loop->belief.monitor || !u || !u->def.estimate) return false;
-    if (!u->job && !u->is_due && !loop->belief.has_effect_due) return false;
-    if (loop->act.visibility >= loop->task.visibility) return false;
-    return next >= loop->plan.naction || loop->plan.action[next].verb != OM_PLAN_PULL;
-}
-
-// `still`: s, since when the arms keep still.
-static void leave_or_learn(OmLoop* loop, double still, bool* needs_tick) {
+// After an action, or a step after it: the next one. `still`: s, since when the arms keep still.
+static void take_step(OmLoop* loop, AfterStep step, double still, bool* needs_tick) {
     *needs_tick = false;
-    if (om__look_is_due(&loop->belief)) {
+    switch (step) {
+    case AFTER_SETTLE:
+        loop->stage = STAGE_SETTLE;
+        om__warn_begin_settling(&loop->belief);
+        *needs_tick = true;
+        return;
+    case AFTER_LOOK:
         loop->stage = STAGE_LOOK;
         loop->belief.look_begin = still;
-    } else if (om__warn_must_learn(&loop->belief) || must_wait(loop)) {
-        begin_learning(loop);
-    } else {
-        conclude_action(loop, needs_tick);
+        return;
+    case AFTER_LEARN:
+        loop->stage = STAGE_LEARN;
+        om__warn_begin_learning(&loop->belief);
+        return;
+    case AFTER_GO: conclude_action(loop, needs_tick); return;
     }
 }
 
+static AfterStep next_step(const OmLoop* loop, AfterStep done) {
+    const int next = loop->action_index + 1;
+    const bool continues =
+        next < loop->plan.naction && loop->plan.action[next].verb == OM_PLAN_PULL;
+    return om__warn_after(&loop->belief, continues, done);
+}
+
 static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
-    *needs_tick = om__warn_must_settle(&loop->belief);
-    if (!*needs_tick) OM_TRY(om__modulus_learn(&loop->belief));
+    const AfterStep step = next_step(loop, AFTER_GO);
+    if (step != AFTER_SETTLE) OM_TRY(om__modulus_learn(&loop->belief));
     OM_TRY(note_action(loop));
-    if (*needs_tick)
-        begin_settling(loop);
-    else
-        leave_or_learn(loop, loop->act.time, needs_tick);
+    take_step(loop, step, loop->act.time, needs_tick);
     return OM_OK;
 }
 
@@ -308,7 +299,7 @@ static OmStatus check_settling(OmLoop* loop, bool* needs_tick) {
     OM_TRY(om__warn_settle(&loop->belief, needs_tick));
     if (*needs_tick) return OM_OK;
     OM_TRY(om__modulus_learn(&loop->belief));
-    leave_or_learn(loop, loop->belief.settle_begin, needs_tick);
+    take_step(loop, next_step(loop, AFTER_SETTLE), loop->belief.settle_begin, needs_tick);
     return OM_OK;
 }
 
@@ -319,7 +310,7 @@ static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
     loop->act.margin = loop->task.visibility_margin * (1 + loop->act.ncontinued);
     OM_TRY(om__loop_notify_action_begin(loop));
     loop->force_action = loop->force_world_action = 0;
-    loop->belief.warning_action = loop->belief.warning;
+    loop->belief.warning_action = loop->belief.warn.state;
     OM_TRY(om__action_begin(&loop->act, &loop->plan.action[loop->action_index], &is_done));
     *needs_tick = !is_done;
     return is_done ? end_action(loop, needs_tick) : OM_OK;
@@ -389,14 +380,11 @@ static OmStatus check_learning(OmLoop* loop, bool* needs_tick) {
 
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     // nothing is learnt in state 3
-    if (loop->belief.warning == 3 && !loop->belief.is_overruled)
+    if (loop->belief.warn.state == 3 && !loop->belief.warn.is_overruled)
         loop->belief.look_begin = loop->act.time;
     OM_TRY(om__look_take(&loop->belief, needs_tick));
     if (*needs_tick) return OM_OK;
-    if (om__warn_must_learn(&loop->belief) || must_wait(loop))
-        begin_learning(loop);
-    else
-        conclude_action(loop, needs_tick);
+    take_step(loop, next_step(loop, AFTER_LOOK), loop->act.time, needs_tick);
     return OM_OK;
 }
 

@@ -96,7 +96,7 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
 
 // The person has seen to the cause: what was measured before does not count any more.
 OmStatus om__loop_end_hold(OmLoop* loop) {
-    loop->belief.is_overruled = loop->hold == OM_HOLD_WARNING;
+    loop->belief.warn.is_overruled = loop->hold == OM_HOLD_WARNING;
     loop->hold = OM_HOLD_NONE;
     loop->stage = loop->held_stage;
     loop->standing = 0;

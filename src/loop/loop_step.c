@@ -82,7 +82,7 @@ OmRetractSample om__loop_sample(const OmLoop* loop) {
                          .force_world = loop->force_world,
                          .speed_rate = loop->act.rate,
                          .mu = loop->belief.monitor ? loop->belief.frame.mu : (double)NAN,
-                         .warning = loop->belief.warning};
+                         .warning = loop->belief.warn.state};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         s.force = fmax(s.force, loop->act.force[a]);
         if (loop->act.arm[a].in_hand >= 0) s.height = fmax(s.height, loop->act.arm[a].lift);

@@ -305,7 +305,7 @@ OmStatus om_words_warning(const OmLoop* loop, int was, const OmMonitorFrame* f, 
         OM_TRY(om_text_append(t, "Warning %d ends", was));
     else
         OM_TRY(om_text_append(t, "Warning %d, after %d", now, was));
-    const bool is_part = loop->belief.part_state > f->state;
+    const bool is_part = loop->belief.warn.part_state > f->state;
     OM_TRY(om_text_append(t, ": %s is %.1f mm from where the model expects it. ",
                           is_part ? "a part of the tissue" : "the tissue",
                           1e3 * (is_part ? om__warn_part(&loop->belief) : f->mu)));

@@ -12,7 +12,7 @@ static void test_follow(void** state) {
         course_begin(&c, scene, true, false);
         c.teacher.truth = om_world_truth(c.g.world);
         while (c.loop->act.arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
-        c.loop->belief.has_dragged = true;  // as if the tissue had been folded before
+        c.loop->belief.warn.has_dragged = true;  // as if the tissue had been folded before
         if (k) {  // a person pauses the arms and lets them go on while the twin follows
             while (!c.loop->belief.is_waiting) assert_ok(om_loop_tick(c.loop));
             assert_ok(give(c.loop, OM_LOOP_PAUSE));

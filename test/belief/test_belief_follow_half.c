@@ -10,7 +10,7 @@ static void test_doubtful_fold(void** state) {
         c.teacher.truth = om_world_truth(c.g.world);
         c.teacher.left = k ? 0.7 : 0.5;
         while (c.loop->act.arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
-        c.loop->belief.has_dragged = true;
+        c.loop->belief.warn.has_dragged = true;
         while (om_loop_result(c.loop)->belief.nupdate == 0 ||
                om_loop_result(c.loop)->belief.update[0].stage == OM_UPDATE_STARTED)
             assert_ok(om_loop_tick(c.loop));
@@ -32,7 +32,7 @@ static void test_half_a_follow(void** state) {
     c.teacher.truth = om_world_truth(c.g.world);
     c.teacher.way = 0.3;
     while (c.loop->act.arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
-    c.loop->belief.has_dragged = true;
+    c.loop->belief.warn.has_dragged = true;
     tick_past_warning(c.loop, 1);
     const OmRetractResult* r = om_loop_result(c.loop);
     print_course(r);

@@ -51,7 +51,7 @@ static void test_a_part_after_a_fold(void** state) {
     scene.monitor.hysteresis = 0.1e-3;
     course_begin(&c, scene, false, false);
     while (c.loop->act.arm[0].in_hand < 0) assert_ok(om_loop_tick(c.loop));
-    c.loop->belief.has_dragged = true;
+    c.loop->belief.warn.has_dragged = true;
     double part = 0;
     for (bool is_pulling = true; is_pulling;) {
         assert_ok(om_loop_tick(c.loop));

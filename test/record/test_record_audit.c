@@ -340,13 +340,13 @@ static void test_words_of_persons_and_ends(void** state) {
     (void)state;
     static OmLoop loop;
     loop.grid.n = 4;
-    loop.belief.warning = 2;
+    loop.belief.warn.state = 2;
     loop.act.arm[1].in_hand = -1;
     OmMonitorFrame frame = {.mu = 0.00456};
     EXPECT_WORDS(om_words_warning(&loop, 1, &frame, &t),
                  "Warning 2, after 1: the tissue is 4.6 mm from where the model expects it. The "
                  "robot stops, measures, and plans anew.");
-    loop.belief.warning = 0;
+    loop.belief.warn.state = 0;
     EXPECT_WORDS(om_words_warning(&loop, 2, &frame, &t),
                  "Warning 2 ends: the tissue is 4.6 mm from where the model expects it. The robot "
                  "works at its usual speed.");
