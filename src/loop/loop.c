@@ -296,6 +296,7 @@ static OmStatus leave(OmLoop* loop, OmStatus status) {
         status = apply(loop, &loop->pending[i]);
     loop->npending = 0;
     loop->is_ticking = false;
+    if (loop->is_astray && status >= 0) status = OM_INVALID;  // om__loop_go has said why
     loop->has_failed |= status < 0;
     return status < 0 ? status : OM_OK;
 }

@@ -112,7 +112,7 @@ static void reject(OmLoop* loop) {
         loop->belief.tried[first->block] |= OM_TRIED_MOVE_AWAY;
     else if (first->block >= 0)
         loop->belief.tried[first->block] |= OM_TRIED_GRASP;
-    loop->stage = STAGE_PLAN;
+    om__loop_go(loop, STAGE_PLAN);
 }
 
 // ---- attachments ------------------------------------------------------------------------------------------------
@@ -193,7 +193,7 @@ OmStatus om__loop_apply(OmLoop* loop, const OmLoopCommand* c) {
     case OM_LOOP_FREE: return mark(loop, c->block, false);
     case OM_LOOP_REPLAN: return om__loop_drop_plan(loop, OM_ACTION_REPLANNED);
     case OM_LOOP_APPROVE:
-        if (loop->stage == STAGE_CONSENT) loop->stage = STAGE_NEXT_ACTION;
+        if (loop->stage == STAGE_CONSENT) om__loop_go(loop, STAGE_NEXT_ACTION);
         return OM_OK;
     case OM_LOOP_REJECT:
         if (loop->stage == STAGE_CONSENT) reject(loop);

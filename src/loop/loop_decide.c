@@ -1,15 +1,5 @@
-// loop_decide.c: FRAS and DEFRAS (6.4, 6.5.1) as a state machine: sense, plan, act, until the ROI is exposed.
-//
-//     BEGIN ── VERIFY ── ENDED (in view at the start)
-//       └────────┴── PLAN ── ACTION ──┬── VERIFY ──┬── ENDED (exposed)
-//                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
-//                     └───────────────┴────────────┘
-//
-// After a fold that deviates, SETTLE comes first (belief_warn.c).
-// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with
-// a monitor only where it warned, and a stop in warning state 2 by LEARN (belief_warn.c). Where no plan is left, DOUBT
-// may free what was learnt, and PLAN follows again (belief_doubt.c). A plan may wait in CONSENT, and every stage may
-// be left for HOLD: a person decides (loop_command.c, loop_hold.c).
+// loop_decide.c: FRAS and DEFRAS (6.4, 6.5.1) as a state machine: sense, plan, act, until the ROI is exposed. Its
+// drawing is in loop_stage.c.
 //
 // One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
 // needs the next tick.
@@ -24,7 +14,7 @@
 // A ROI in view before any action: the scene is no task, and the arms exposed nothing.
 static void end_in_view(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = OM_RETRACT_IN_VIEW;
     int n = snprintf(r->reason, sizeof r->reason,
                      "nothing to do: %.0f %% of the ROI is in view before any action",
@@ -41,7 +31,7 @@ static void end_in_view(OmLoop* loop) {
 
 static void end_exposed(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = OM_RETRACT_EXPOSED;
     r->is_exposed = true;
     snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
@@ -50,7 +40,7 @@ static void end_exposed(OmLoop* loop) {
 
 static void end_given_up(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = OM_RETRACT_GAVE_UP;
     snprintf(r->reason, sizeof r->reason, "gave up after %d actions with %.0f %% of the ROI seen",
              r->naction, 100 * loop->act.visibility);
@@ -58,7 +48,7 @@ static void end_given_up(OmLoop* loop) {
 
 static void end_without_plan(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = OM_RETRACT_NO_PLAN;
     snprintf(
         r->reason, sizeof r->reason,
@@ -69,7 +59,7 @@ static void end_without_plan(OmLoop* loop) {
 
 static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = outcome;
     snprintf(r->reason, sizeof r->reason, "%s after %d actions and %.1f s",
              om_retract_outcome_text(outcome), r->naction, loop->act.time);
@@ -136,12 +126,12 @@ static OmStatus decide_plan(OmLoop* loop) {
         bool is_changed;
         OM_TRY(om__doubt_free(&loop->belief, &is_changed));
         if (is_changed)
-            loop->stage = STAGE_DOUBT;
+            om__loop_go(loop, STAGE_DOUBT);
         else
             end_without_plan(loop);
     } else {
         loop->action_index = loop->act.ncontinued = 0;
-        loop->stage = loop->needs_approval ? STAGE_CONSENT : STAGE_NEXT_ACTION;
+        om__loop_go(loop, loop->needs_approval ? STAGE_CONSENT : STAGE_NEXT_ACTION);
     }
     return OM_OK;
 }
@@ -197,15 +187,18 @@ bool om__loop_moves_jaw(const OmLoop* loop) {
 }
 
 OmStatus om__loop_drop_plan(OmLoop* loop, OmActionOutcome outcome) {
-    Stage* stage = loop->stage == STAGE_HOLD ? &loop->held_stage : &loop->stage;
+    const bool is_held = loop->stage == STAGE_HOLD;
     if (loop->stage == STAGE_ACTION && !om__loop_moves_jaw(loop)) {
         om__act_stop(&loop->act);
         OM_TRY(om__loop_break_action(loop, outcome));
-        loop->stage = STAGE_PLAN;
+        om__loop_go(loop, STAGE_PLAN);
         return OM_OK;
     }
-    if (*stage == STAGE_NEXT_ACTION || *stage == STAGE_CONSENT) *stage = STAGE_PLAN;
-    loop->belief.wants_plan = *stage != STAGE_PLAN;
+    const Stage stage = is_held ? loop->held_stage : loop->stage;
+    const bool is_between = stage == STAGE_NEXT_ACTION || stage == STAGE_CONSENT;
+    if (is_between && is_held) loop->held_stage = STAGE_PLAN;
+    if (is_between && !is_held) om__loop_go(loop, STAGE_PLAN);
+    loop->belief.wants_plan = !is_between && stage != STAGE_PLAN;
     return OM_OK;
 }
 
@@ -228,7 +221,7 @@ OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
 }
 
 static void begin_verification(OmLoop* loop) {
-    loop->stage = STAGE_VERIFY;
+    om__loop_go(loop, STAGE_VERIFY);
     loop->verify_begin = loop->visible_since = loop->act.time;
 }
 
@@ -246,7 +239,7 @@ static void leave_action(OmLoop* loop) {
     bool is_new = is_last || is_broken || is_over || loop->belief.wants_plan ||
                   om__look_is_outdated(&loop->belief);
     loop->belief.wants_plan = false;
-    loop->stage = is_new ? STAGE_PLAN : STAGE_NEXT_ACTION;
+    om__loop_go(loop, is_new ? STAGE_PLAN : STAGE_NEXT_ACTION);
     loop->act.ncontinued = 0;
     ++loop->action_index;
 }
@@ -264,16 +257,16 @@ static void take_step(OmLoop* loop, AfterStep step, double still, bool* needs_ti
     *needs_tick = false;
     switch (step) {
     case AFTER_SETTLE:
-        loop->stage = STAGE_SETTLE;
+        om__loop_go(loop, STAGE_SETTLE);
         om__warn_begin_settling(&loop->belief);
         *needs_tick = true;
         return;
     case AFTER_LOOK:
-        loop->stage = STAGE_LOOK;
+        om__loop_go(loop, STAGE_LOOK);
         loop->belief.look_begin = still;
         return;
     case AFTER_LEARN:
-        loop->stage = STAGE_LEARN;
+        om__loop_go(loop, STAGE_LEARN);
         om__warn_begin_learning(&loop->belief);
         return;
     case AFTER_GO: conclude_action(loop, needs_tick); return;
@@ -305,7 +298,7 @@ static OmStatus check_settling(OmLoop* loop, bool* needs_tick) {
 
 static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
     bool is_done;
-    loop->stage = STAGE_ACTION;
+    om__loop_go(loop, STAGE_ACTION);
     loop->action_begin = loop->act.time;
     loop->act.margin = loop->task.visibility_margin * (1 + loop->act.ncontinued);
     OM_TRY(om__loop_notify_action_begin(loop));
@@ -332,7 +325,7 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
         if (loop->belief.is_exposed)
             end_in_view(loop);
         else
-            loop->stage = STAGE_PLAN;
+            om__loop_go(loop, STAGE_PLAN);
         return;
     }
     bool is_repeated = !loop->belief.is_exposed && loop->act.action.outcome == OM_ACTION_EXPOSED &&
@@ -343,7 +336,7 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
         return;
     }
     ++loop->act.ncontinued;
-    loop->stage = STAGE_NEXT_ACTION;
+    om__loop_go(loop, STAGE_NEXT_ACTION);
 }
 
 // At the end of learning, if the twin followed: what the twin does not expose is not tried with this grasp.
@@ -412,7 +405,7 @@ static OmStatus begin(OmLoop* loop, bool* needs_tick) {
     if (*needs_tick)
         begin_verification(loop);
     else
-        loop->stage = STAGE_PLAN;
+        om__loop_go(loop, STAGE_PLAN);
     return OM_OK;
 }
 
@@ -431,7 +424,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_LEARN: OM_TRY(check_learning(loop, &needs_tick)); break;
         case STAGE_DOUBT:
             needs_tick = !om__doubt_is_over(&loop->belief);
-            if (!needs_tick) loop->stage = STAGE_PLAN;
+            if (!needs_tick) om__loop_go(loop, STAGE_PLAN);
             break;
         case STAGE_CONSENT:
         case STAGE_HOLD: needs_tick = true; break;

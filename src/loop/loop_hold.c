@@ -65,7 +65,7 @@ void om__loop_check_observation(OmLoop* loop, const OmObservation* obs, bool has
 
 static void end_held(OmLoop* loop, const char* reason) {
     OmRetractResult* r = &loop->result;
-    loop->stage = STAGE_ENDED;
+    om__loop_go(loop, STAGE_ENDED);
     r->outcome = OM_RETRACT_HELD;
     snprintf(r->reason, sizeof r->reason,
              "stopped for a person after %d actions and %.1f s: %.160s", r->naction, loop->act.time,
@@ -88,7 +88,7 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
     } else {
         loop->held_stage = loop->stage;
     }
-    loop->stage = STAGE_HOLD;
+    om__loop_go(loop, STAGE_HOLD);
     OM_TRY(om__loop_notify_hold(loop, hold, loop->alarm_text));
     if (!loop->is_attended) end_held(loop, loop->alarm_text);
     return OM_OK;
@@ -98,7 +98,7 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
 OmStatus om__loop_end_hold(OmLoop* loop) {
     loop->belief.warn.is_overruled = loop->hold == OM_HOLD_WARNING;
     loop->hold = OM_HOLD_NONE;
-    loop->stage = loop->held_stage;
+    om__loop_go(loop, loop->held_stage);
     loop->standing = 0;
     loop->has_lag_origin = false;
     loop->belief.nfailed = 0;

@@ -28,7 +28,7 @@ OmStatus om__slip_react(OmLoop* loop) {
     if (!loop->has_slipped) return OM_OK;
     loop->has_slipped = false;
     if (loop->stage == STAGE_LOOK) {  // there is nothing to look at
-        loop->stage = STAGE_PLAN;
+        om__loop_go(loop, STAGE_PLAN);
         return OM_OK;
     }
     // The ROI may stay visible: the verification decides. If it closes, the motion is not continued.

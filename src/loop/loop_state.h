@@ -24,6 +24,12 @@ typedef enum Stage {
     STAGE_HOLD,         // the loop waits for a person; waits
     STAGE_ENDED
 } Stage;
+enum { NSTAGE = STAGE_ENDED + 1 };
+
+typedef struct StageEdge {
+    Stage from, to;
+    const char* when;
+} StageEdge;
 
 struct OmLoop {
     OmSceneTask task;
@@ -77,7 +83,9 @@ struct OmLoop {
     double twin_wall;           // s spent in the twin
 
     // computed by loop_decide.c
-    Stage stage;
+    Stage stage;              // changed by om__loop_go alone
+    unsigned walked[NSTAGE];  // a bit for each stage that followed this one
+    bool is_astray;           // a stage followed that may not
     OmPlan plan;
     int action_index;      // in the plan
     double action_begin;   // s
@@ -94,6 +102,13 @@ struct OmLoop {
 };
 
 int om__count_attached(const OmBody* body);  // loop.c: vertices; 0 without a body
+
+// loop_stage.c
+void om__loop_go(OmLoop* loop, Stage next);
+bool om__loop_may_follow(Stage from, Stage to);
+// The edges between stages but those to HOLD and ENDED that every stage has, and back from HOLD.
+const StageEdge* om__loop_edges(int* n);
+OmStatus om__loop_draw(OmText* text);  // as doc/defras.md has it
 
 // loop_slip.c: notice a slip in an observation; between two ticks, end what relied on the grasp.
 OmStatus om__slip_watch(OmLoop* loop, const OmObservation* obs);
