@@ -44,11 +44,11 @@ bool om__watch_stop(Watch* w, double visibility) {
     return visibility >= fmin(1.0, w->wanted + w->margin) || visibility < w->best - DROP;
 }
 
-static bool must_stop_for_force(const Act* act, int arm) {
-    if (!act->task->watch_force) return false;
-    double limit = om__force_limit(act->task);
-    if (act->force[arm] <= limit) return false;
-    return act->force[arm] > OVER_FACTOR * limit || act->over_time > SLOW_TIME;
+OmActionOutcome om__motion_outcome(Watch* watch, double visibility, double force, double limit,
+                                   double over) {
+    const bool is_seen = om__watch_stop(watch, visibility);
+    if (force > limit && (force > OVER_FACTOR * limit || over > SLOW_TIME)) return OM_ACTION_FORCE;
+    return is_seen ? OM_ACTION_EXPOSED : OM_ACTION_DONE;
 }
 
 static bool has_law(const Act* act) {
@@ -182,10 +182,11 @@ OmStatus om__motion_check(Act* act, bool* is_done) {
         *is_done = check_easing(act);
         return OM_OK;
     }
-    if (m->is_holding && om__watch_stop(&m->watch, act->visibility)) m->outcome = OM_ACTION_EXPOSED;
-    if (m->is_holding && must_stop_for_force(act, m->arm)) {
-        state->is_max_force = true;
-        m->outcome = OM_ACTION_FORCE;
+    if (m->is_holding) {
+        const double limit = act->task->watch_force ? om__force_limit(act->task) : (double)INFINITY;
+        m->outcome = om__motion_outcome(&m->watch, act->visibility, act->force[m->arm], limit,
+                                        act->over_time);
+        state->is_max_force = state->is_max_force || m->outcome == OM_ACTION_FORCE;
     }
     *is_done = m->outcome != OM_ACTION_DONE || !state->is_moving;
     if (*is_done) act->effort->path += om_distance(m->last, state->tip);

@@ -82,6 +82,13 @@ typedef struct Watch {
 // Add a look; true where a motion should stop because the ROI is exposed.
 bool om__watch_stop(Watch* watch, double visibility);
 
+// What ends a motion that holds tissue, after a step: OM_ACTION_FORCE, OM_ACTION_EXPOSED, or OM_ACTION_DONE where it may
+// continue.
+// @param limit  N; INFINITY: none
+// @param over   s of this motion above the limit
+OmActionOutcome om__motion_outcome(Watch* watch, double visibility, double force, double limit,
+                                   double over);
+
 // Path of a fold of tissue held at `tip`: a unit vector along the board and a length, m, in the task frame. The length
 // is 0 where the fold has no direction.
 void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,

@@ -134,14 +134,9 @@ static OmStatus move(Try* t, OmVec3 goal, OmVec3 from, double margin, OmActionOu
         if (!advance(t, goal, rate * a->task->speed * dt, &is_there)) return OM_OK;
         OM_TRY(step(t));
         if (t->force > limit) over += dt;
-        if (t->force > OVER_FACTOR * limit || (t->force > limit && over > SLOW_TIME)) {
-            *outcome = OM_ACTION_FORCE;
-            return ease(t, from);
-        }
-        if (om__watch_stop(&watch, t->visibility)) {
-            *outcome = OM_ACTION_EXPOSED;
-            return OM_OK;
-        }
+        *outcome = om__motion_outcome(&watch, t->visibility, t->force, limit, over);
+        if (*outcome == OM_ACTION_FORCE) return ease(t, from);
+        if (*outcome != OM_ACTION_DONE) return OM_OK;
     }
     return OM_OK;
 }
