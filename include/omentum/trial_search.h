@@ -4,8 +4,7 @@
 #ifndef OMENTUM_TRIAL_SEARCH_H
 #define OMENTUM_TRIAL_SEARCH_H
 
-#include "omentum/plan.h"
-#include "omentum/scene.h"
+#include "omentum/trial_preplan.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -58,6 +57,22 @@ OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int 
 OM_API OmStatus om_retract_search_both(const OmScene* scene, double force_limit, int nfirst,
                                        int nworker, const OmProgress* progress,
                                        OmSearchResult* result);
+
+/// Does a wrong belief matter? The plan before an operation carried out open loop: the grasp, its pulls and its fold, on
+/// the simulated truth, from rest; no limit of force, no monitor, no second plan. Pulls have their full length; a fold
+/// ends as its action does, where further steps gain no visibility.
+typedef struct OmOpenLoop {
+    bool is_held;       // the jaw closed on free tissue
+    bool is_exposed;    // the wanted share of the ROI is seen for 0.5 s at the end
+    double visibility;  // the least share seen in that time, 0 to 1
+    double force;       // N, the largest pull
+    int naction;        // with reach and grasp
+} OmOpenLoop;
+/// @param plan  of om_preplan_run for this scene
+/// @return OM_OK, also if nothing is exposed; OM_INVALID (a plan of another grid or without a chosen point, or a scene
+///        that cannot be run); OM_NO_MEMORY; OM_CANCELLED
+OM_API OmStatus om_retract_open_loop(const OmScene* scene, const OmPreplan* plan, int nworker,
+                                     const OmProgress* progress, OmOpenLoop* result);
 
 #ifdef __cplusplus
 }

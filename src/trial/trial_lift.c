@@ -154,6 +154,18 @@ OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, TrialResu
     return move(t, direction, 0, REST_TIME, force_limit, c);
 }
 
+OmStatus om__trial_hold(Trial* t, double seconds, double* least, TrialResult* c) {
+    *least = 1;
+    for (double s = 0; s < seconds; s += t->scene.task.time_step) {
+        double force, now;
+        OM_TRY(step(t, c->tip, &force));
+        OM_TRY(look(t, c, &now));
+        c->force = fmax(c->force, force);
+        *least = fmin(*least, now);
+    }
+    return OM_OK;
+}
+
 OmStatus om__trial_second_fold(Trial* t, OmPlanVerb verb, OmVec3 lifted, double force_limit,
                                TrialResult* c) {
     OmVec3 way = om_quat_rotate(om_quat_conj(t->grid.task.q), om_sub(lifted, c->tip));

@@ -51,6 +51,8 @@ OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, Trial
 // a limit.
 OmStatus om__trial_second_fold(Trial* trial, OmPlanVerb verb, OmVec3 lifted, double force_limit,
                                TrialResult* course);
+// Keep the tip still; `least` receives the smallest share of the ROI seen meanwhile.
+OmStatus om__trial_hold(Trial* trial, double seconds, double* least, TrialResult* course);
 // Repeat a motion; `force` receives the pull at every step of the trace, N.
 OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);
 
