@@ -1,7 +1,7 @@
 // study_retraction.c: thesis chapter 6: cases, runs of DEFRAS and FRAS, and their scores.
 //
 // A success is a run that exposes the ROI by the judge, who counts the ROI's points by rays, with a true force of at
-// most 3 epsilon. Scores are of all cases, and of the cases that the exhaustive search exposes within that force.
+// most 1.2 epsilon. Scores are of all cases, and of the cases that the exhaustive search exposes within that force.
 #include <math.h>
 #include <string.h>
 
@@ -46,7 +46,10 @@ bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRe
                       (c->group == RETRACTION_PAIR && c->number < RETRACTION_FIRST_PAIR + NABLATED);
     if (row == OM_RETRACTION_DEFRAS) return true;
     if (c->group == RETRACTION_ALARM) return false;
-    if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return is_scenario;
+    if (row == OM_RETRACTION_OPEN_LOOP || row == OM_RETRACTION_FRAS ||
+        row == OM_RETRACTION_FRAS_TRUE)
+        return is_scenario || (c->group == RETRACTION_PAIR && !s->def->is_quick) ||
+               (c->group == RETRACTION_PAIR && row == OM_RETRACTION_OPEN_LOOP);
     if (s->def->is_quick && (is_scenario || row != OM_RETRACTION_NO_LEARNING)) return false;
     return is_ablated;
 }
@@ -157,8 +160,28 @@ static bool is_exposed(const RetractionResult* r) {
 
 bool om__retraction_is_searched(const RetractionResult* r) {
     const RetractionGroup g = r->c.group;
-    return g == RETRACTION_SCENARIO || g == RETRACTION_LAB ||
-           (g == RETRACTION_PAIR && r->has_run[OM_RETRACTION_DEFRAS] && !is_exposed(r));
+    const bool has_failed =
+        r->has_run[OM_RETRACTION_OPEN_LOOP] && !r->run[OM_RETRACTION_OPEN_LOOP].is_success;
+    return g == RETRACTION_SCENARIO || g == RETRACTION_LAB || (g == RETRACTION_PAIR && has_failed);
+}
+
+bool om__retraction_counts(const Retraction* s, const RetractionResult* r) {
+    if (r->c.group != RETRACTION_PAIR || s->def->is_quick) return true;
+    return om__retraction_is_searched(r) && r->has_ceiling && r->ceiling.is_possible;
+}
+
+static OmRetractionPairs count_pairs(const Retraction* s) {
+    OmRetractionPairs p = {0};
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionResult* r = &s->result[i];
+        if (r->c.group != RETRACTION_PAIR || !r->has_run[OM_RETRACTION_OPEN_LOOP]) continue;
+        ++p.ndrawn;
+        if (r->run[OM_RETRACTION_OPEN_LOOP].is_success)
+            ++p.nharmless;
+        else if (r->has_ceiling)
+            ++*(r->ceiling.is_possible ? &p.ncounting : &p.nimpossible);
+    }
+    return p;
 }
 
 bool om__retraction_is_possible(const RetractionResult* r) {
@@ -194,7 +217,8 @@ static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRo
     *score = (OmRetractionScore){0};
     for (int i = 0; i < s->ncase; ++i) {
         const RetractionResult* r = &s->result[i];
-        if (r->c.group == group && r->has_run[row]) add_run(r, &r->run[row], c, score);
+        const bool counts = row == OM_RETRACTION_OPEN_LOOP || om__retraction_counts(s, r);
+        if (r->c.group == group && r->has_run[row] && counts) add_run(r, &r->run[row], c, score);
     }
     score->nrun = c->n;
     score->visibility_mean = c->n ? score->visibility_mean / c->n : (double)NAN;
@@ -222,6 +246,7 @@ static OmStatus summarise(Retraction* s) {
         }
     if (s->has_threshold) sum->force = s->threshold.force;
     sum->epsilon = om__retraction_epsilon();
+    sum->pairs = count_pairs(s);
     return OM_OK;
 }
 

@@ -2,7 +2,8 @@
 ///
 /// Scenarios: eight sheets, each with fewer and with more attachments than believed, by DEFRAS and by FRAS (6.5.2,
 /// Tables 6.2 and 6.3). Threshold: epsilon of
-/// 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief. Laboratory: a silicone sheet (6.5.3, Table
+/// 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief. A pair counts, and is run, if the plan made
+/// with the believed attachments fails when it is carried out without looking, and a search with the true ones succeeds. Laboratory: a silicone sheet (6.5.3, Table
 /// 6.5). Kidney: wrong beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Alarms: 100 sheets
 /// with right attachments and every other error. Searches: what is possible, for scenarios, the laboratory, and the
 /// pairs that no run exposed. Every run is a folder with its own report; a finished run is not made again.
@@ -40,6 +41,7 @@ typedef enum OmRetractionRow {  // how a case is run
     OM_RETRACTION_NO_CHECK,  // estimates are adopted even if the twin is no closer to what the camera sees
     OM_RETRACTION_NO_NETWORK,  // learning by physics alone
     OM_RETRACTION_ONE_ARM,     // PSM1 alone
+    OM_RETRACTION_OPEN_LOOP,   // the plan before, carried out without looking
     OM_RETRACTION_NROW
 } OmRetractionRow;
 
@@ -63,7 +65,7 @@ typedef struct OmRetractionScore {
     int nrun;
     int npossible;          // runs whose case the search exposes, or any run of the study
     int nunknown;           // of the others: not searched
-    int nsuccess;           // exposed by the judge, true force at most 3 epsilon
+    int nsuccess;           // exposed by the judge, true force at most 1.2 epsilon
     int nsuccess_possible;  // of the possible ones
     double visibility, visibility_mean, actions, events;  // medians, and a mean
     double force, force_world;  // medians of F_max / epsilon, by the twin and by the truth
@@ -76,7 +78,15 @@ typedef struct OmRetractionScore {
 #define OM_RETRACTION_NGRID 6   // 5 to 10 blocks along a side
 #define OM_RETRACTION_NSHARE 4  // 10, 30, 50, 70 % attached
 
+typedef struct OmRetractionPairs {  // does a wrong belief matter?
+    int ndrawn;                     // pairs whose plan was carried out open loop
+    int nharmless;                  // it succeeded
+    int nimpossible;                // it failed, and so does the search with the true attachments
+    int ncounting;                  // it failed, and the search succeeds: these are run
+} OmRetractionPairs;
+
 typedef struct OmStudyRetractionSummary {
+    OmRetractionPairs pairs;
     int nrun, nnew;  // runs and searches, and those made now
     double epsilon;  // N, of the scenarios
     OmRetractionScore scenario[OM_RETRACTION_NROW], random[OM_RETRACTION_NROW];

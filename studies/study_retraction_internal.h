@@ -73,7 +73,9 @@ extern const char* const om__retraction_row_title[OM_RETRACTION_NROW];  // for p
 
 // Is this row a run of the case? Ablations are of scenarios and of the first 20 pairs.
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row);
-// Is there a search for the case? Of a pair only where no run exposed it.
+// Of a pair: does the belief matter, and is it possible? Other cases count always, and all of a quick study.
+bool om__retraction_counts(const Retraction* s, const RetractionResult* r);
+// Is there a search for the case? Of a pair only where the plan fails open loop.
 bool om__retraction_is_searched(const RetractionResult* r);
 // Does the search expose the case, or is a run of it a success? The search has one arm and one grasp.
 bool om__retraction_is_possible(const RetractionResult* r);

@@ -16,7 +16,7 @@
 #define RETRACTION_DEV_ALARM 3501
 #define RETRACTION_NLAB 9         // A, B, C x fewer, more, same
 #define RETRACTION_NKIDNEY 4      // wrong beliefs on the kidney scene
-#define RETRACTION_MAX_FORCE 3.0  // epsilon: true force of a success at most
+#define RETRACTION_MAX_FORCE 1.2  // epsilon: true force of a success at most
 
 typedef enum RetractionKind {  // of a case
     RETRACTION_FEWER,          // the tissue has fewer attachments than believed

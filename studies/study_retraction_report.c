@@ -93,6 +93,7 @@ static OmStatus add_case(const RetractionResult* r, OmReport* report) {
     for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
         if (!r->has_run[row]) continue;
         if (!shown) shown = &r->run[row];
+        if (row == OM_RETRACTION_OPEN_LOOP) continue;  // it has no report
         snprintf(href[n], MAX_PATH, "runs/%s-%s/report.html", r->c.name,
                  om__retraction_row_name[row]);
         link[n] = href[n];
@@ -110,7 +111,7 @@ static OmStatus add_case(const RetractionResult* r, OmReport* report) {
         const RetractionRun* run = &r->run[row];
         if (!r->has_run[row] || run->is_success) continue;
         const char* force =
-            run->is_exposed ? "; the true force was above 3 epsilon, so it is no success" : "";
+            run->is_exposed ? "; the true force was above 1.2 epsilon, so it is no success" : "";
         snprintf(reason, sizeof reason, "%s failed: %s%s.", om__retraction_row_title[row],
                  run->reason, force);
         om_report_paragraph(report, reason);
@@ -207,9 +208,21 @@ static void add_outcome(const Retraction* s, OmReport* report) {
     if (d->nrun == 0) return;
     om__report_judge(
         report, d->nsuccess_possible == d->npossible,
-        "DEFRAS: %d of %d scenarios exposed with a true force of at most 3 epsilon, %d of the %d that "
+        "DEFRAS: %d of %d scenarios exposed with a true force of at most 1.2 epsilon, %d of the %d that "
         "are possible. The thesis: 13 of 16.",
         d->nsuccess, d->nrun, d->nsuccess_possible, d->npossible);
+}
+
+static void add_pairs(const Retraction* s, OmReport* report) {
+    const OmRetractionPairs* p = &s->sum.pairs;
+    if (p->ndrawn == 0) return;
+    om_report_heading(report, "Does a wrong belief matter?");
+    om__report_say(
+        report,
+        "%d pairs were drawn. In %d the plan that was made with the believed attachments succeeds when it is carried out "
+        "without looking: there the belief does no harm. In %d others no sequence of actions exposes the ROI. The other "
+        "%d count, and are the random pairs below.",
+        p->ndrawn, p->nharmless, p->nimpossible, p->ncounting);
 }
 
 static OmStatus add_parts(const Retraction* s, OmReport* report) {
@@ -224,6 +237,7 @@ static OmStatus add_parts(const Retraction* s, OmReport* report) {
         "The thesis: 8 of 9 above 80 %, mean 94 %, 17 of 18 updates; GAIL 90 %, Attanasio et "
         "al. 83 %.",
         report));
+    add_pairs(s, report);
     OM_TRY(
         add_group(s, RETRACTION_PAIR, "Random pairs", s->sum.random, "Not in the thesis.", report));
     OM_TRY(add_group(s, RETRACTION_ALARM, "False alarms: right attachments, every other error",
@@ -241,7 +255,7 @@ OmStatus om__retraction_write_report(const Retraction* s) {
     om_report_paragraph(
         &report,
         "A success exposes 80 % of the ROI by the judge, who counts its points by rays, with a "
-        "true force of at most 3 epsilon. Possible are the cases that a run exposed, or an exhaustive search of one "
+        "true force of at most 1.2 epsilon. Possible are the cases that a run exposed, or an exhaustive search of one "
         "arm with the true attachments exposes within this force. Pictures: blue or green where the "
         "tissue is attached, a red line around what is believed, magenta the ROI, a ring around the "
         "first grasp, a dot on the last.");
@@ -346,6 +360,10 @@ OmStatus om__retraction_write_json(const Retraction* s) {
         om_json_string(&json, "draw_hash", s->def->draw.hash);
         om_json_number(&json, "draw", s->def->draw.number);
     }
+    om_json_integer(&json, "pairs_drawn", s->sum.pairs.ndrawn);
+    om_json_integer(&json, "pairs_harmless", s->sum.pairs.nharmless);
+    om_json_integer(&json, "pairs_impossible", s->sum.pairs.nimpossible);
+    om_json_integer(&json, "pairs_counting", s->sum.pairs.ncounting);
     put_scores_json(&json, "scenarios", s->sum.scenario);
     put_scores_json(&json, "random", s->sum.random);
     put_scores_json(&json, "laboratory", s->sum.laboratory);

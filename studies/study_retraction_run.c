@@ -20,9 +20,9 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 20
-#define METHOD_FRAS 6
-#define METHOD_SEARCH 2
+#define METHOD 21
+#define METHOD_FRAS 7
+#define METHOD_SEARCH 3
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -36,8 +36,8 @@
 #define SECONDS_SEARCH 120
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
-    "defras",      "fras",     "fras-true", "no-preplan", "no-monitor",
-    "no-learning", "no-ahead", "no-check",  "no-network", "one-arm"};
+    "defras",   "fras",     "fras-true",  "no-preplan", "no-monitor", "no-learning",
+    "no-ahead", "no-check", "no-network", "one-arm",    "open-loop"};
 const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
                                                                   "FRAS, believed attachments",
                                                                   "FRAS, true attachments",
@@ -47,7 +47,8 @@ const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
                                                                   "no look-ahead",
                                                                   "no physics check",
                                                                   "no network",
-                                                                  "one arm"};
+                                                                  "one arm",
+                                                                  "the plan before, open loop"};
 
 // A run, or with row CEILING or CEILING_BOTH a search, with row PREPLAN a plan before.
 typedef struct Task {
@@ -248,6 +249,34 @@ done:
     return status;
 }
 
+// Without looking: no arms, no pictures, no twin during the operation.
+static OmStatus make_open_loop(const Retraction* s, Task* t, const OmProgress* alive) {
+    RetractionRun* run = &t->result->run[t->row];
+    const OmSceneTask* task = &t->scene.task;
+    OmPreplan* plan;
+    OmOpenLoop r;
+    OM_ALLOC(plan, 1);
+    memset(run, 0, sizeof *run);  // its bytes go to a file
+    run->epsilon = task->force_threshold;
+    run->outcome = OM_RETRACT_NO_PLAN;
+    OmStatus status = om__retraction_load_preplan(s, &t->result->c, plan);
+    const bool has_plan = status == OM_OK && plan->chosen >= 0;
+    snprintf(run->reason, sizeof run->reason, "%s", has_plan ? "" : plan->reason);
+    if (has_plan) status = om_retract_open_loop(&t->scene, plan, 1, alive, &r);
+    om_free(plan);
+    if (status < 0 || !has_plan) return status;
+    run->is_exposed = r.is_exposed;
+    run->outcome = r.is_exposed ? OM_RETRACT_EXPOSED : OM_RETRACT_GAVE_UP;
+    run->visibility = run->visibility_seen = r.visibility;
+    run->force = run->force_world = r.force;
+    run->naction = r.naction;
+    snprintf(run->reason, sizeof run->reason,
+             "carried out without looking, the plan shows %.0f %% of the ROI, with %.2f N",
+             100 * r.visibility, r.force);
+    run->is_success = r.is_exposed && r.force <= RETRACTION_MAX_FORCE * run->epsilon;
+    return OM_OK;
+}
+
 static OmStatus make_ceiling(Task* t, const OmProgress* alive) {
     RetractionCeiling* c = &t->found;
     const OmSceneTask* task = &t->scene.task;
@@ -293,9 +322,10 @@ static void mark(const Task* t) {
 }
 
 static OmStatus make(const Retraction* s, Task* t, const OmProgress* alive) {
-    OmStatus status = t->row == PREPLAN   ? make_preplan(s, t, alive)
-                      : is_search(t->row) ? make_ceiling(t, alive)
-                                          : make_run(s, t, alive);
+    OmStatus status = t->row == PREPLAN                   ? make_preplan(s, t, alive)
+                      : is_search(t->row)                 ? make_ceiling(t, alive)
+                      : t->row == OM_RETRACTION_OPEN_LOOP ? make_open_loop(s, t, alive)
+                                                          : make_run(s, t, alive);
     if (status >= 0) status = save(s, t);
     t->is_done = status >= 0;
     return status;
@@ -380,8 +410,12 @@ static bool is_asked(const Retraction* s, const RetractionResult* r, int row) {
                                                 [RETRACTION_KIDNEY] = OM_RETRACTION_KIDNEY,
                                                 [RETRACTION_ALARM] = OM_RETRACTION_ALARMS};
     int wanted = part[r->c.group];
-    if (is_search(row))
+    if (is_search(row) && r->c.group == RETRACTION_PAIR)
+        wanted |= OM_RETRACTION_SEARCHES;
+    else if (is_search(row))
         wanted = OM_RETRACTION_SEARCHES;
+    else if (row == OM_RETRACTION_OPEN_LOOP)
+        wanted |= OM_RETRACTION_ABLATIONS;
     else if (row > OM_RETRACTION_FRAS_TRUE)
         wanted = OM_RETRACTION_ABLATIONS;
     else if (row == OM_RETRACTION_DEFRAS)
@@ -400,26 +434,38 @@ static OmStatus list_task(Retraction* s, RetractionResult* r, int row, Task* tas
     return OM_OK;
 }
 
-// The runs that are not in the folder yet: DEFRAS of all cases first.
+// Plans carried out open loop: they tell which pairs count.
+static OmStatus list_open_loops(Retraction* s, Task* task, int* n) {
+    for (int i = 0; i < s->ncase; ++i)
+        if (om__retraction_is_wanted(s, &s->result[i].c, OM_RETRACTION_OPEN_LOOP))
+            OM_TRY(list_task(s, &s->result[i], OM_RETRACTION_OPEN_LOOP, task, n));
+    return OM_OK;
+}
+
+// The other runs that are not in the folder yet: DEFRAS of all cases first.
 static OmStatus list_runs(Retraction* s, Task* task, int* n) {
-    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+    for (int row = 0; row < OM_RETRACTION_OPEN_LOOP; ++row)
         for (int i = 0; i < s->ncase; ++i)
-            if (om__retraction_is_wanted(s, &s->result[i].c, (OmRetractionRow)row))
+            if (om__retraction_is_wanted(s, &s->result[i].c, (OmRetractionRow)row) &&
+                om__retraction_counts(s, &s->result[i]))
                 OM_TRY(list_task(s, &s->result[i], row, task, n));
     return OM_OK;
 }
 
-static OmStatus list_searches(Retraction* s, Task* task, int* n) {
+// Of pairs first: they tell which count.
+static OmStatus list_searches(Retraction* s, bool is_of_pairs, Task* task, int* n) {
     for (int i = 0; i < s->ncase; ++i)
-        if (om__retraction_is_searched(&s->result[i]))
+        if (om__retraction_is_searched(&s->result[i]) &&
+            (s->result[i].c.group == RETRACTION_PAIR) == is_of_pairs)
             OM_TRY(list_task(s, &s->result[i], CEILING, task, n));
     return OM_OK;
 }
 
-// Where a search with one arm was made and failed, and so did all runs.
+// Where a search with one arm was made and failed, and so did all runs; a pair of that kind does not count.
 static OmStatus list_searches_both(Retraction* s, Task* task, int* n) {
     for (int i = 0; i < s->ncase; ++i)
-        if (s->result[i].has_ceiling && !om__retraction_is_possible(&s->result[i]))
+        if (s->result[i].has_ceiling && !om__retraction_is_possible(&s->result[i]) &&
+            s->result[i].c.group != RETRACTION_PAIR)
             OM_TRY(list_task(s, &s->result[i], CEILING_BOTH, task, n));
     return OM_OK;
 }
@@ -462,6 +508,18 @@ static OmStatus tell(const Retraction* s, const Task* task, int n, int nplan) {
     return om__study_estimate_tell(work, 4, s->def->nworker, s->progress);
 }
 
+// Which pairs count: their plans, these open loop, and searches where they fail.
+static OmStatus find_pairs(Retraction* s, Task* task, Task* plan) {
+    int n = 0, nplan = 0;
+    OM_TRY(list_open_loops(s, task, &n));
+    list_preplans(s, task, n, plan, &nplan);
+    OM_TRY(run_tasks(s, "plans before", plan, nplan));
+    OM_TRY(run_tasks(s, "plans carried out open loop", task, n));
+    n = 0;
+    OM_TRY(list_searches(s, true, task, &n));
+    return run_tasks(s, "searches", task, n);
+}
+
 OmStatus om__retraction_run_cases(Retraction* s) {
     const size_t most = (size_t)s->ncase * OM_RETRACTION_NROW + 1;
     int n = 0, nplan = 0;
@@ -469,13 +527,14 @@ OmStatus om__retraction_run_cases(Retraction* s) {
     Task *task = NULL, *plan = NULL;
     OM_CALLOC_DONE(task, most);
     OM_CALLOC_DONE(plan, most);
+    OM_TRY_DONE(find_pairs(s, task, plan));
     OM_TRY_DONE(list_runs(s, task, &n));
     list_preplans(s, task, n, plan, &nplan);
     OM_TRY_DONE(tell(s, task, n, nplan));
     OM_TRY_DONE(run_tasks(s, "plans before", plan, nplan));
     OM_TRY_DONE(run_tasks(s, "runs", task, n));
     n = 0;
-    OM_TRY_DONE(list_searches(s, task, &n));
+    OM_TRY_DONE(list_searches(s, false, task, &n));
     OM_TRY_DONE(run_tasks(s, "searches", task, n));
     n = 0;
     OM_TRY_DONE(list_searches_both(s, task, &n));

@@ -25,7 +25,7 @@ static const OmCliOption option[] = {
 };
 
 static const OmCliKey result_key[] = {
-    {"success", "scenarios that DEFRAS exposed with a true force of at most 3 epsilon"},
+    {"success", "scenarios that DEFRAS exposed with a true force of at most 1.2 epsilon"},
     {"possible", "scenarios that the search or a run exposes"},
     {"runs", "runs and searches of the parts"},
     {"new_runs", "of which were made now"},
@@ -79,8 +79,9 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyRetractionDef* def) {
 
 static void print_group(const char* title, const OmRetractionScore* score) {
     static const char* const row[OM_RETRACTION_NROW] = {
-        "DEFRAS",      "FRAS, believed", "FRAS, true", "no plan before", "no monitoring",
-        "no learning", "no look-ahead",  "no check",   "no network",     "one arm"};
+        "DEFRAS",        "FRAS, believed", "FRAS, true",    "no plan before",
+        "no monitoring", "no learning",    "no look-ahead", "no check",
+        "no network",    "one arm",        "open loop"};
     for (int i = 0; i < OM_RETRACTION_NROW; ++i) {
         const OmRetractionScore* r = &score[i];
         if (r->nrun == 0) continue;
@@ -102,6 +103,10 @@ static void print_result(const OmStudyRetractionSummary* s, const char* dir) {
     om_cli_path(dir);
     print_group("scenarios", s->scenario);
     print_group("laboratory", s->laboratory);
+    if (s->pairs.ndrawn > 0)
+        printf("random pairs: %d drawn; in %d a wrong belief does no harm, %d are not possible, %d "
+               "count\n",
+               s->pairs.ndrawn, s->pairs.nharmless, s->pairs.nimpossible, s->pairs.ncounting);
     print_group("random pairs", s->random);
     print_group("kidney", s->kidney);
     print_group("right attachments", s->alarm);

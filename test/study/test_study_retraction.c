@@ -164,6 +164,28 @@ static void test_picture(void** unused) {
     om_picture_done(&picture);
 }
 
+// A pair counts if its plan fails without looking and the search succeeds; a push that is too hard is a failure, too.
+static void test_which_pairs_count(void** unused) {
+    (void)unused;
+    OmStudyRetractionDef def = om_study_retraction_default_def(dir);
+    const Retraction s = {.def = &def};
+    RetractionResult* r = calloc(1, sizeof *r);
+    r->c.group = RETRACTION_PAIR;
+    assert_false(om__retraction_counts(&s, r));  // nothing is known yet
+    r->has_run[OM_RETRACTION_OPEN_LOOP] = true;
+    assert_true(om__retraction_is_searched(r));
+    assert_false(om__retraction_counts(&s, r));
+    r->has_ceiling = true;
+    assert_false(om__retraction_counts(&s, r));
+    r->ceiling.is_possible = true;
+    assert_true(om__retraction_counts(&s, r));
+    r->run[OM_RETRACTION_OPEN_LOOP].is_success = true;  // a harmless belief
+    assert_false(om__retraction_is_searched(r) || om__retraction_counts(&s, r));
+    r->c.group = RETRACTION_SCENARIO;
+    assert_true(om__retraction_counts(&s, r));
+    free(r);
+}
+
 static void test_definitions(void** unused) {
     (void)unused;
     OmStudyRetractionSummary sum;
@@ -217,6 +239,11 @@ static void test_study(void** unused) {
     assert_ok(om_study_retraction_run(&d, NULL, &one));
     assert_int_equal(one.nnew, one.nrun);
     assert_int_equal(one.random[OM_RETRACTION_DEFRAS].nrun, 1);
+    assert_int_equal(one.random[OM_RETRACTION_OPEN_LOOP].nrun, 1);
+    assert_int_equal(one.pairs.ndrawn, 1);
+    const OmRetractionPairs* p = &one.pairs;
+    assert_int_equal(p->nharmless + p->nimpossible + p->ncounting, 1);
+    assert_true((p->nharmless == 1) == (one.random[OM_RETRACTION_OPEN_LOOP].nsuccess == 1));
     assert_int_equal(one.scenario[OM_RETRACTION_DEFRAS].nrun, 0);
     assert_true(isnan(one.scenario[OM_RETRACTION_DEFRAS].visibility));
     assert_true(one.replan[0][0] > 0 && one.replan[0][0] < 1);
@@ -259,10 +286,14 @@ static int remove_dir(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_draws),       cmocka_unit_test(test_beliefs),
-        cmocka_unit_test(test_pairs),       cmocka_unit_test(test_alarms),
-        cmocka_unit_test(test_states),      cmocka_unit_test(test_picture),
-        cmocka_unit_test(test_definitions), cmocka_unit_test(test_study)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_draws),
+                                       cmocka_unit_test(test_beliefs),
+                                       cmocka_unit_test(test_pairs),
+                                       cmocka_unit_test(test_alarms),
+                                       cmocka_unit_test(test_states),
+                                       cmocka_unit_test(test_picture),
+                                       cmocka_unit_test(test_which_pairs_count),
+                                       cmocka_unit_test(test_definitions),
+                                       cmocka_unit_test(test_study)};
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
