@@ -1,12 +1,12 @@
 /// studies/study_retraction.h: the experiments of thesis chapter 6 on tissue retraction.
 ///
 /// Scenarios: eight sheets, each with fewer and with more attachments than believed, by DEFRAS and by FRAS (6.5.2,
-/// Tables 6.2 and 6.3). Threshold: epsilon of
-/// 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief. A pair counts, and is run, if the plan made
-/// with the believed attachments fails when it is carried out without looking, and a search with the true ones succeeds. Laboratory: a silicone sheet (6.5.3, Table
-/// 6.5). Kidney: wrong beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Alarms: 100 sheets
-/// with right attachments and every other error. Searches: what is possible, for scenarios, the laboratory, and the
-/// pairs that no run exposed. Every run is a folder with its own report; a finished run is not made again.
+/// Tables 6.2 and 6.3). Threshold: epsilon of 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief;
+/// a pair counts, and is run, if the plan made with the believed attachments fails when it is carried out without
+/// looking, and a search with the true ones succeeds. Laboratory: a silicone sheet (6.5.3, Table 6.5). Kidney: wrong
+/// beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Alarms: 100 sheets with right
+/// attachments and every other error. Searches: what is possible, for scenarios and the laboratory. Every run is a
+/// folder with its own report; a finished run is not made again.
 ///
 ///     OmStudyRetractionDef def = om_study_retraction_default_def("out/retraction");
 ///     OmStudyRetractionSummary summary;

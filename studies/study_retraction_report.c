@@ -219,9 +219,9 @@ static void add_pairs(const Retraction* s, OmReport* report) {
     om_report_heading(report, "Does a wrong belief matter?");
     om__report_say(
         report,
-        "%d pairs were drawn. In %d the plan that was made with the believed attachments succeeds when it is carried out "
-        "without looking: there the belief does no harm. In %d others no sequence of actions exposes the ROI. The other "
-        "%d count, and are the random pairs below.",
+        "%d pairs were drawn. In %d the plan made with the believed attachments succeeds when it is "
+        "carried out without looking: there the belief does no harm. In %d others no sequence of "
+        "actions exposes the ROI. The other %d count: they are the random pairs below.",
         p->ndrawn, p->nharmless, p->nimpossible, p->ncounting);
 }
 

@@ -58,9 +58,9 @@ OM_API OmStatus om_retract_search_both(const OmScene* scene, double force_limit,
                                        int nworker, const OmProgress* progress,
                                        OmSearchResult* result);
 
-/// Does a wrong belief matter? The plan before an operation carried out open loop: the grasp, its pulls and its fold, on
-/// the simulated truth, from rest; no limit of force, no monitor, no second plan. Pulls have their full length; a fold
-/// ends as its action does, where further steps gain no visibility.
+/// Does a wrong belief matter? The plan before an operation carried out open loop: the grasp, its pulls and its fold,
+/// on the simulated truth, from rest; no limit of force, no monitor and no second plan. Pulls have their full length.
+/// A fold ends as its action does, where further steps gain no visibility.
 typedef struct OmOpenLoop {
     bool is_held;       // the jaw closed on free tissue
     bool is_exposed;    // the wanted share of the ROI is seen for 0.5 s at the end

@@ -82,8 +82,7 @@ typedef struct Watch {
 // Add a look; true where a motion should stop because the ROI is exposed.
 bool om__watch_stop(Watch* watch, double visibility);
 
-// What ends a motion that holds tissue, after a step: OM_ACTION_FORCE, OM_ACTION_EXPOSED, or OM_ACTION_DONE where it may
-// continue.
+// What ends a motion that holds tissue, after a step: OM_ACTION_FORCE, OM_ACTION_EXPOSED; OM_ACTION_DONE: nothing.
 // @param limit  N; INFINITY: none
 // @param over   s of this motion above the limit
 OmActionOutcome om__motion_outcome(Watch* watch, double visibility, double force, double limit,

@@ -1,6 +1,6 @@
 // trial_open.c: a plan carried out without looking (open loop), to tell whether a wrong belief matters.
 //
-// The grasping point is where the twin has it, as for the arms. There are no tools, no noise and no second plan, so what
+// The grasping point is where the twin has it, as for the arms. There are no tools, no noise and no second plan: what
 // fails here fails because the tissue is held otherwise than believed, or is another material.
 #include "omentum/trial_search.h"
 #include "trial/trial_lift.h"
