@@ -164,13 +164,13 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     run->is_exposed = r->is_exposed;
     snprintf(run->reason, sizeof run->reason, "%s", r->reason);
     run->visibility_start = r->visibility_start;
-    run->visibility = r->visibility_world_end;
+    run->visibility = r->truth.visibility;
     run->visibility_seen = r->visibility_end;
-    run->force = r->force_max;
-    run->force_world = r->force_world_max;
+    run->force = r->twin.force;
+    run->force_world = r->truth.force;
     run->epsilon = scene->task.force_threshold;
-    run->nforce = r->nforce;
-    run->nforce_world = r->nforce_world;
+    run->nforce = r->twin.nforce;
+    run->nforce_world = r->truth.nforce;
     run->naction = r->naction;
     run->nplan = r->nplan;
     run->nacquisition = r->belief.nacquisition;
@@ -193,7 +193,7 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     run->hold = r->hold;
     run->time = r->time;
     run->wall_time = r->wall_time;
-    run->twin_step_ms = r->twin_step_ms;
+    run->twin_step_ms = r->twin.step_ms;
     run->plan_ms = r->plan_ms_median;
     for (int i = 0; i < r->naction && run->ngrasp < RETRACTION_MAX_GRASP; ++i)
         if (r->action[i].verb == OM_PLAN_GRASP) run->grasp[run->ngrasp++] = r->action[i].block;

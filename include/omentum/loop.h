@@ -70,44 +70,54 @@ typedef enum OmRetractOutcome {
 /// "held".
 OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
 
-typedef struct OmRetractResult {  // om_retract_result_done frees
-    OmRetractOutcome outcome;     //
-    bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
-    char reason[256];             // one sentence: how it ended
-    double visibility_start, visibility_end;
-    double visibility_world_end;  // in the truth: this one judges; NAN without a truth
-    // Forces: the arms act on the twin's forces only. The truth's forces are for evaluation; NAN without a truth.
-    double force_max;        // N, by the twin; NAN if its engine has no forces
-    double force_world_max;  // N, in the truth
-    double force_more;       // N, largest excess of the truth over the twin at one instant
-    double force_less;       // N, largest excess of the twin over the truth at one instant
-    int nforce;        // times the twin's force rose to where the arms act: threshold less margin
-    int nforce_world;  // times the truth's force rose above the threshold
+// Of the twin: the arms act on its forces alone.
+typedef struct OmTwinRecord {
+    double force;  // N, largest; NAN if its engine has no forces
+    int nforce;    // times the force rose to where the arms act: threshold less margin
+    double shift;  // m, mean displacement of the vertices while it came to rest
+    int nadded;  // vertices that were attached to it, for it slid off without them (om_retract_run)
+    int nbad;    // steps with inverted elements, unsettled contact or energy gained
+    int nvert, ntet;
+    double step_ms;       // mean wall time of a step
+    int nahead;           // grasping points tried by looking ahead
+    int64_t nahead_step;  // steps that this took
+} OmTwinRecord;
+
+// Of the simulated truth, for evaluation alone. Without a truth numbers are NAN, counts 0.
+typedef struct OmTruthRecord {
+    double visibility;  // of the ROI at the end, by rays: this one judges
+    double force;       // N, largest
+    double more, less;  // N, largest excess over the twin's force at one instant, and below it
+    int nforce;         // times the force rose above the threshold
+    int ntorn;          // attached vertices that tore off
+    double shift;       // m, as of the twin
+    int nbad;           // the same
+    int nvert, ntet;
+} OmTruthRecord;
+
+typedef struct OmRetractResult {              // om_retract_result_done frees
+    OmRetractOutcome outcome;                 //
+    bool is_exposed;                          // the outcome is OM_RETRACT_EXPOSED
+    char reason[256];                         // one sentence: how it ended
+    double visibility_start, visibility_end;  // as the robot measures it
+    OmEffort effort;                          // of the arms
+    OmBeliefRecord belief;                    // what the robot learnt
+    OmTwinRecord twin;
+    OmTruthRecord truth;
     double time;       // s of the operation
     double wall_time;  // s it took here
-    double twin_step_ms;  // mean wall time of a twin step
-    int nplan;            // plans made
-    int nahead;           // grasping points tried by looking ahead
-    int64_t nahead_step;  // steps of the twin that this took
+    int nplan;         // plans made
     double plan_ms_median, plan_ms_max;
     int naction;
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
-    OmHold hold;      // the last one; OM_HOLD_NONE: there was none
-    int nhold;        // times that the loop held
-    int ncommand;     // of a person or a program, but pause and resume
-    int world_ntorn;  // attached vertices that tore off in the truth
-    OmEffort effort;  // of the arms
-    OmBeliefRecord belief;
+    OmHold hold;   // the last one; OM_HOLD_NONE: there was none
+    int nhold;     // times that the loop held
+    int ncommand;  // of a person or a program, but pause and resume
     // The tissue comes to rest on its ground before the operation begins.
     bool is_settled;  // twin and world were at rest when the operation began
-    // m, mean displacement of the vertices until then; NAN without a truth
-    double twin_shift, world_shift;
-    int nadded;  // vertices that were attached to the twin, which slid off without them (om_retract_run)
     bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
-    int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
-    int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth
     uint64_t hash;  // of the truth's final state; of the twin's without a truth
 } OmRetractResult;
 OM_API void om_retract_result_done(OmRetractResult* result);

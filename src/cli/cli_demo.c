@@ -396,14 +396,14 @@ static void print_result(const Demo* d) {
     printf(
         "model: %d tetrahedra, %+.1f %% of the label's volume, held at %d vertices on the left; the robot believes on "
         "the far side; %.2g mL of the rim left out, as the mesh is coarse\n",
-        r->twin_ntet, 100 * d->model.label_error,
+        r->twin.ntet, 100 * d->model.label_error,
         om_tet_mesh_find_set(&d->patient.mesh, "attachment")->nvert, d->model.fit.lost * 1e6);
     printf("plan before the operation: %s\n", d->plan.reason);
     printf("demo: %s\n", r->reason);
     printf("  ROI visible: %.0f %% at the start, %.0f %% at the end (in the truth %.0f %%)\n",
-           100 * r->visibility_start, 100 * r->visibility_end, 100 * r->visibility_world_end);
-    printf("  pull: at most %.2f N by the twin, %.2f N in the truth\n", r->force_max,
-           r->force_world_max);
+           100 * r->visibility_start, 100 * r->visibility_end, 100 * r->truth.visibility);
+    printf("  pull: at most %.2f N by the twin, %.2f N in the truth\n", r->twin.force,
+           r->truth.force);
     printf("  twin: at most %.1f mm from the tissue; warning state 1 reached %d times, 2 %d times; "
            "%d estimates of the attachments adopted\n",
            1e3 * r->belief.mu_max, r->belief.nwarning[0], r->belief.nwarning[1], count_adopted(r));
@@ -411,17 +411,17 @@ static void print_result(const Demo* d) {
     om_cli_figure("dice_fat", d->dice[OM_CT_FAT]);
     om_cli_figure("dice_organ", d->dice[OM_CT_ORGAN]);
     om_cli_figure("dice_tumour", d->dice[OM_CT_TUMOUR]);
-    om_cli_figure("tetrahedra", r->twin_ntet);
+    om_cli_figure("tetrahedra", r->twin.ntet);
     om_cli_figure("plan_visibility",
                   d->plan.chosen >= 0 ? d->plan.point[d->plan.chosen].visibility : 0);
     om_cli_figure("visibility_start", r->visibility_start);
     om_cli_figure("visibility_end", r->visibility_end);
-    om_cli_figure("visibility_truth_end", r->visibility_world_end);
+    om_cli_figure("visibility_truth_end", r->truth.visibility);
     om_cli_figure("actions", r->naction);
     om_cli_figure("operation_s", r->time);
     om_cli_figure("wall_s", wall);
-    om_cli_figure("force_twin_n", r->force_max);
-    om_cli_figure("force_truth_n", r->force_world_max);
+    om_cli_figure("force_twin_n", r->twin.force);
+    om_cli_figure("force_truth_n", r->truth.force);
     om_cli_figure("warnings", r->belief.nwarning[0]);
     om_cli_figure("mu_max_mm", 1e3 * r->belief.mu_max);
     om_cli_figure("updates_adopted", count_adopted(r));

@@ -44,8 +44,8 @@ static int run_layouts(OmCliRetract* s) {
         if (trials[0]) (void)om_path_remove(trials);
         om_cli_progress_done();
         char by_twin[32] = "not known to the twin";
-        if (isfinite(r.force_max))
-            snprintf(by_twin, sizeof by_twin, "%.2f N by the twin", r.force_max);
+        if (isfinite(r.twin.force))
+            snprintf(by_twin, sizeof by_twin, "%.2f N by the twin", r.twin.force);
         printf("%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %s, %.2f N in "
                "the truth  %s\n",
                k,
@@ -53,10 +53,10 @@ static int run_layouts(OmCliRetract* s) {
                : r.outcome == OM_RETRACT_IN_VIEW ? "in view"
                                                  : "hidden",
                100 * r.visibility_start, 100 * r.visibility_end, r.naction, r.time, by_twin,
-               r.force_world_max, r.reason);
+               r.truth.force, r.reason);
         fflush(stdout);
         nexposed += r.is_exposed;
-        twin_ms += r.twin_step_ms / s->nlayout;
+        twin_ms += r.twin.step_ms / s->nlayout;
         pace += r.time / r.wall_time / s->nlayout;
         om_retract_result_done(&r);
     }

@@ -63,14 +63,14 @@ static const OmCliKey result_key[] = {
 // Print the pull on the tissue by the twin's estimate and in the truth, and the limit.
 static void print_force(const OmScene* scene, const OmRetractResult* r) {
     const OmSceneTask* task = &scene->task;
-    if (isfinite(r->force_max))
-        printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->force_max);
+    if (isfinite(r->twin.force))
+        printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->twin.force);
     else
         printf("  pull on the tissue: not known to the twin, whose engine %s has no forces",
                scene->tissue.engine);
-    if (isfinite(r->force_world_max)) printf(", %.2f N in the simulated truth", r->force_world_max);
-    if (isfinite(r->force_more))
-        printf(" (up to %.2f N above the estimate)", fmax(0, r->force_more));
+    if (isfinite(r->truth.force)) printf(", %.2f N in the simulated truth", r->truth.force);
+    if (isfinite(r->truth.more))
+        printf(" (up to %.2f N above the estimate)", fmax(0, r->truth.more));
     if (!task->watch_force) {
         printf("\n  limit: none; the scene says watch_force: false\n");
         return;
@@ -82,7 +82,7 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
                task->force_threshold, task->force_margin);
     else
         printf(", the scene's threshold");
-    printf("; reached %d times\n", r->nforce);
+    printf("; reached %d times\n", r->twin.nforce);
 }
 
 // Print what the depth camera taught the twin.
@@ -123,20 +123,20 @@ static void print_recorded(const char* dir) {
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
     char truth[40] = "";
-    if (isfinite(r->visibility_world_end))
-        snprintf(truth, sizeof truth, " (in the truth %.0f %%)", 100 * r->visibility_world_end);
+    if (isfinite(r->truth.visibility))
+        snprintf(truth, sizeof truth, " (in the truth %.0f %%)", 100 * r->truth.visibility);
     printf(
         "  ROI visible: %.0f %% at the start, %.0f %% at the end%s; it counts as exposed from %.0f %% on\n",
         100 * r->visibility_start, 100 * r->visibility_end, truth, 100 * scene->task.visibility);
     print_force(scene, r);
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
-        r->time, r->wall_time, r->twin_step_ms, r->plan_ms_median, r->nplan);
-    if (r->twin_nbad + r->world_nbad > 0)
+        r->time, r->wall_time, r->twin.step_ms, r->plan_ms_median, r->nplan);
+    if (r->twin.nbad + r->truth.nbad > 0)
         printf(
             "  note: in %d steps of the twin and %d of the truth an element was inverted, contact had not settled, "
             "or energy was gained: forces of these steps are less certain\n",
-            r->twin_nbad, r->world_nbad);
+            r->twin.nbad, r->truth.nbad);
     if (r->belief.nmonitor > 0) {
         printf("  twin: at most %.1f mm from the tissue in %d frames; warning state 1 reached %d "
                "times, 2 %d times, 3 %d times\n",
@@ -150,11 +150,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
         printf(
             "  note: the tissue slid while it settled, before any action: by %.1f mm in the twin, %.1f mm in "
             "the truth (mean over vertices)\n",
-            1e3 * r->twin_shift, 1e3 * r->world_shift);
-    if (r->nadded > 0)
+            1e3 * r->twin.shift, 1e3 * r->truth.shift);
+    if (r->twin.nadded > 0)
         printf(
             "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
-            r->nadded);
+            r->twin.nadded);
     if (r->effort.nmeasured > 0)
         printf(
             "  cloud: %d reaches to tissue that the depth camera sees up to %.1f mm from the twin's; %d jaws closed "
@@ -165,14 +165,14 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_figure("layout", scene->seed);
     om_cli_figure("visibility_start", r->visibility_start);
     om_cli_figure("visibility_end", r->visibility_end);
-    om_cli_figure("visibility_truth_end", r->visibility_world_end);
+    om_cli_figure("visibility_truth_end", r->truth.visibility);
     om_cli_figure("actions", r->naction);
     om_cli_figure("operation_s", r->time);
     om_cli_figure("path_mm", 1e3 * r->effort.path);
     om_cli_figure("wall_s", r->wall_time);
-    om_cli_figure("force_twin_n", r->force_max);
-    om_cli_figure("force_truth_n", r->force_world_max);
-    om_cli_figure("twin_step_ms", r->twin_step_ms);
+    om_cli_figure("force_twin_n", r->twin.force);
+    om_cli_figure("force_truth_n", r->truth.force);
+    om_cli_figure("twin_step_ms", r->twin.step_ms);
     om_cli_reason(r->reason);
     om_cli_path(dir);
 }

@@ -115,22 +115,22 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     OmRetractResult* r = &loop->result;
     const OmTetMesh* mesh = &om_body_site(loop->twin)->mesh;
     r->is_settled = is_settled;
-    r->twin_nvert = mesh->nvert;
-    r->twin_ntet = mesh->ntet;
-    r->twin_shift = om__rest_shift(loop->twin);
-    r->world_shift = NAN;
+    r->twin.nvert = mesh->nvert;
+    r->twin.ntet = mesh->ntet;
+    r->twin.shift = om__rest_shift(loop->twin);
+    r->truth.shift = NAN;
     loop->truth_nattached = om__count_attached(loop->truth);
     if (loop->truth) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
-        r->world_nvert = hidden->nvert;
-        r->world_ntet = hidden->ntet;
-        r->world_shift = om__rest_shift(loop->truth);
+        r->truth.nvert = hidden->nvert;
+        r->truth.ntet = hidden->ntet;
+        r->truth.shift = om__rest_shift(loop->truth);
     } else {
-        r->force_world_max = r->force_more = r->force_less = NAN;
+        r->truth.force = r->truth.more = r->truth.less = NAN;
     }
-    if (!loop->has_forces) r->force_max = r->force_more = r->force_less = NAN;
+    if (!loop->has_forces) r->twin.force = r->truth.more = r->truth.less = NAN;
     double half = fmin(loop->grid.half.x, loop->grid.half.y);
-    r->has_slid = fmax(r->twin_shift, r->world_shift) > OM_RETRACT_SLID * half;
+    r->has_slid = fmax(r->twin.shift, r->truth.shift) > OM_RETRACT_SLID * half;
 }
 
 // ---- what arms and belief tell the loop ------------------------------------------------------------------
@@ -236,9 +236,9 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         return status;
     }
     loop->force_world = loop->visibility_world = NAN;
-    loop->result.visibility_world_end = NAN;
+    loop->result.truth.visibility = NAN;
     begin_result(loop, def->is_settled);
-    loop->result.nadded = def->nadded;
+    loop->result.twin.nadded = def->nadded;
     if (def->updater) om__updater_reset(def->updater);
     *out = loop;
     return OM_OK;
@@ -262,11 +262,11 @@ static OmStatus finish(OmLoop* loop) {
     OM_TRY(om__look_end(&loop->belief));
     OM_TRY(om__warn_end(&loop->belief));
     OM_TRY(om__follow_drop(&loop->belief));
-    r->twin_step_ms = loop->act.tick ? 1e3 * loop->twin_wall / loop->act.tick : 0;
-    r->world_ntorn = loop->truth_nattached - om__count_attached(loop->truth);
+    r->twin.step_ms = loop->act.tick ? 1e3 * loop->twin_wall / loop->act.tick : 0;
+    r->truth.ntorn = loop->truth_nattached - om__count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
-    r->twin_nbad = om_body_nbad(loop->twin) - loop->ahead_count.nbad;
-    r->world_nbad = loop->truth ? om_body_nbad(loop->truth) : 0;
+    r->twin.nbad = om_body_nbad(loop->twin) - loop->ahead_count.nbad;
+    r->truth.nbad = loop->truth ? om_body_nbad(loop->truth) : 0;
     if (r->nplan > 0) {
         om_sort_doubles(loop->plan_ms, r->nplan);
         r->plan_ms_median = loop->plan_ms[r->nplan / 2];

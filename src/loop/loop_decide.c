@@ -24,7 +24,7 @@ static void end_in_view(OmLoop* loop) {
         snprintf(
             r->reason + n, left,
             "; the tissue slid off by %.0f mm while it settled: attach more of it, or elsewhere",
-            1e3 * fmax(r->twin_shift, r->world_shift));
+            1e3 * fmax(r->twin.shift, r->truth.shift));
     else
         snprintf(r->reason + n, left, "; move the ROI further under the tissue");
 }
@@ -78,8 +78,8 @@ static bool may_follow_preplan(const OmLoop* loop) {
 }
 
 static void count_ahead(OmLoop* loop) {
-    loop->result.nahead = loop->ahead_count.npoint;
-    loop->result.nahead_step = loop->ahead_count.nstep;
+    loop->result.twin.nahead = loop->ahead_count.npoint;
+    loop->result.twin.nahead_step = loop->ahead_count.nstep;
 }
 
 static OmStatus look_ahead(OmLoop* loop) {

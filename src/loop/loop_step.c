@@ -50,14 +50,14 @@ static OmStatus watch_truth(OmLoop* loop) {
         // While the jaws open, the twin has already released the tissue: compare only while both grasp it.
         if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
         if (!loop->has_forces) continue;
-        r->force_more = fmax(r->force_more, force - loop->act.force[a]);
-        r->force_less = fmax(r->force_less, loop->act.force[a] - force);
+        r->truth.more = fmax(r->truth.more, force - loop->act.force[a]);
+        r->truth.less = fmax(r->truth.less, loop->act.force[a] - force);
     }
     double epsilon = loop->task.force_threshold;
-    if (largest > epsilon && !(was > epsilon)) ++r->nforce_world;
+    if (largest > epsilon && !(was > epsilon)) ++r->truth.nforce;
     loop->force_world = loop->force_world_last = largest;
     loop->force_world_action = fmax(loop->force_world_action, largest);
-    r->force_world_max = fmax(r->force_world_max, largest);
+    r->truth.force = fmax(r->truth.force, largest);
     return OM_OK;
 }
 
@@ -66,10 +66,10 @@ static void watch_force(OmLoop* loop) {
     double limit = om__force_limit(&loop->task), largest = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->act.force[a]);
     loop->force_action = fmax(loop->force_action, largest);
-    loop->result.force_max = fmax(loop->result.force_max, largest);
+    loop->result.twin.force = fmax(loop->result.twin.force, largest);
     if (!loop->task.watch_force) return;
     bool is_over = largest > limit;
-    if (is_over && !loop->act.is_over) ++loop->result.nforce;
+    if (is_over && !loop->act.is_over) ++loop->result.twin.nforce;
     if (is_over && !loop->is_paused) loop->act.over_time += loop->task.time_step;
     loop->act.is_over = is_over;
     loop->act.rate = om__force_rate(largest, limit);
@@ -171,6 +171,6 @@ OmStatus om__loop_step(OmLoop* loop) {
     ++loop->act.tick;
     loop->result.time = loop->act.time;
     loop->result.visibility_end = loop->act.visibility;
-    loop->result.visibility_world_end = loop->visibility_world;
+    loop->result.truth.visibility = loop->visibility_world;
     return OM_OK;
 }

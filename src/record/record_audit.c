@@ -174,7 +174,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
     om_json_number(&json, "time_step_s", loop->task.time_step);
     om_json_string(&json, "updates", timing_name(loop->belief.updater));
     om_json_bool(&json, "settled", loop->result.is_settled);
-    om_json_integer(&json, "attached_to_stay", loop->result.nadded);
+    om_json_integer(&json, "attached_to_stay", loop->result.twin.nadded);
     om_json_bool(&json, "attended", loop->is_attended);
     om_json_bool(&json, "approval", loop->needs_approval);
     om_json_bool(&json, "both_arms", om_planner_has_both_arms(loop->planner));
@@ -439,7 +439,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* r) 
     om_json_string(&json, "outcome", om_retract_outcome_text(r->outcome));
     om_json_string(&json, "reason", r->outcome == OM_RETRACT_IN_VIEW ? a->words.str : r->reason);
     om_json_number(&json, "visibility", r->visibility_end);
-    om_json_number(&json, "force_max_n", r->force_max);
+    om_json_number(&json, "force_max_n", r->twin.force);
     om_json_integer(&json, "actions", r->naction);
     om_json_integer(&json, "plans", r->nplan);
     om_json_integer(&json, "updates", r->belief.nupdate);

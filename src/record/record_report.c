@@ -12,17 +12,17 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
     snprintf(text[2], 64, "%d", r->naction);
-    snprintf(text[3], 64, isnan(r->force_max) ? "not known" : "%.2f N", r->force_max);
-    snprintf(text[4], 64, "%d", r->nforce);
+    snprintf(text[3], 64, isnan(r->twin.force) ? "not known" : "%.2f N", r->twin.force);
+    snprintf(text[4], 64, "%d", r->twin.nforce);
     snprintf(text[5], 64, "%.1f s", r->time);
-    snprintf(text[6], 64, "%.2f ms", r->twin_step_ms);
+    snprintf(text[6], 64, "%.2f ms", r->twin.step_ms);
     snprintf(text[7], 64, "%.1f ms", r->plan_ms_median);
-    snprintf(text[8], 64, isnan(r->force_world_max) ? "not known" : "%.2f N", r->force_world_max);
-    snprintf(text[9], 64, isnan(r->force_more) ? "not known" : "%.2f N", r->force_more);
-    snprintf(text[10], 64, "%d", r->twin_nbad);
-    snprintf(text[11], 64, isnan(r->force_world_max) ? "not known" : "%d", r->world_nbad);
-    snprintf(text[12], 64, isnan(r->visibility_world_end) ? "not known" : "%.0f %%",
-             100 * r->visibility_world_end);
+    snprintf(text[8], 64, isnan(r->truth.force) ? "not known" : "%.2f N", r->truth.force);
+    snprintf(text[9], 64, isnan(r->truth.more) ? "not known" : "%.2f N", r->truth.more);
+    snprintf(text[10], 64, "%d", r->twin.nbad);
+    snprintf(text[11], 64, isnan(r->truth.force) ? "not known" : "%d", r->truth.nbad);
+    snprintf(text[12], 64, isnan(r->truth.visibility) ? "not known" : "%.0f %%",
+             100 * r->truth.visibility);
     const char *value[13], *label[13] = {"of the ROI seen at the end, in the picture",
                                          "of the ROI seen at the start",
                                          "actions",
@@ -45,12 +45,12 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
     char text[256];
     if (!r->is_settled)
         om_report_paragraph(report, "Warning: the tissue still moved when the operation began.");
-    if (r->nadded > 0) {
+    if (r->twin.nadded > 0) {
         snprintf(
             text, sizeof text,
             "The twin slid off while it settled, which the patient's images contradict: %d vertices of its "
             "underside were attached, so that it stays.",
-            r->nadded);
+            r->twin.nadded);
         om_report_paragraph(report, text);
     }
     if (r->effort.nmeasured > 0) {
@@ -66,10 +66,10 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
         snprintf(text, sizeof text,
                  "Warning: the tissue slid while it settled, before any action: its vertices moved "
                  "by %.1f mm in the twin",
-                 1e3 * r->twin_shift);
-    if (isfinite(r->world_shift))
+                 1e3 * r->twin.shift);
+    if (isfinite(r->truth.shift))
         n += snprintf(text + n, sizeof text - (size_t)n, " and %.1f mm in the truth",
-                      1e3 * r->world_shift);
+                      1e3 * r->truth.shift);
     snprintf(text + n, sizeof text - (size_t)n, ", in the mean.");
     om_report_paragraph(report, text);
 }
@@ -109,7 +109,7 @@ static OmStatus add_charts(OmReport* report, const OmSceneTask* task, const OmRe
     chart.series[0] = (OmReportSeries){"twin", t, y[1], n};
     chart.series[1] = (OmReportSeries){"truth", t, y[3], n};
     chart.nseries = r->nsample && isnan(y[3][0]) ? 1 : 2;
-    if (isnan(r->force_max)) {  // a twin without forces
+    if (isnan(r->twin.force)) {  // a twin without forces
         chart.title = "Pull on the tissue in the truth; the engine of the twin has no forces";
         chart.series[0] = chart.series[1];
         chart.nseries = 1;
@@ -187,14 +187,14 @@ static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetrac
     const OmScene* s = rec->def.scene;
     char text[2048], body[512];
     om_body_describe(s, om_body_site(rec->def.twin), body, sizeof body);
-    int n = snprintf(text, sizeof text, "Twin: %d vertices, %d tetrahedra, %s. ", r->twin_nvert,
-                     r->twin_ntet, body);
+    int n = snprintf(text, sizeof text, "Twin: %d vertices, %d tetrahedra, %s. ", r->twin.nvert,
+                     r->twin.ntet, body);
     if (rec->def.truth) {
         om_body_describe(s, om_body_site(rec->def.truth), body, sizeof body);
         n += snprintf(text + n, sizeof text - (size_t)n,
                       "Simulated truth: %d vertices, %d tetrahedra, %s; measured tips are off by "
                       "%.2g mm. ",
-                      r->world_nvert, r->world_ntet, body, 1e3 * s->world.tool_noise);
+                      r->truth.nvert, r->truth.ntet, body, 1e3 * s->world.tool_noise);
     }
     snprintf(text + n, sizeof text - (size_t)n,
              "Rayleigh damping %.3g 1/s on mass and %.3g s on stiffness, time step %.0f ms.",

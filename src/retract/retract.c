@@ -291,11 +291,11 @@ static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEsti
     const OmLoop* loop = s->loop;
     const OmRetractResult* r = om_loop_result(loop);
     const OmSceneCamera* camera = &def->scene->endoscope;
-    e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
-    e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
+    e->twin_nvert = r->twin.nvert, e->twin_ntet = r->twin.ntet;
+    e->world_nvert = r->truth.nvert, e->world_ntet = r->truth.ntet;
     e->twin_norgan = s->twin_site.soft.nvert, e->world_norgan = s->world_site.soft.nvert;
-    e->nadded = r->nadded;
-    e->twin_nattached = om__count_attached(s->twin) - r->nadded;
+    e->nadded = r->twin.nadded;
+    e->twin_nattached = om__count_attached(s->twin) - r->twin.nadded;
     e->world_nattached = om__count_attached(om_world_truth(s->world));
     e->nblock = loop->grid.n * loop->grid.n;
     for (int b = 0; b < e->nblock; ++b)

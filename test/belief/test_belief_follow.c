@@ -48,7 +48,7 @@ static void test_follow(void** state) {
         const bool is_kept = r->action[i + 1].verb != OM_PLAN_RELEASE;
         printf("  then: %s\n", is_kept ? "the tissue stays in hand" : "it is let go");
         assert_int_equal(is_kept, k);
-        assert_true(k ? r->nahead_step > 100 : r->nahead_step == 0);
+        assert_true(k ? r->twin.nahead_step > 100 : r->twin.nahead_step == 0);
         course_end(&c);
     }
 }

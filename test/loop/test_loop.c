@@ -366,11 +366,11 @@ static void test_run_json(void** state) {
     static const char* const verb[] = {"reach", "grasp", "release", "pull"};
     assert_near(json_number(&json, "visibility_start"), r.visibility_start, 1e-8);
     assert_near(json_number(&json, "visibility_end"), r.visibility_end, 1e-8);
-    assert_near(json_number(&json, "visibility_world_end"), r.visibility_world_end, 1e-8);
-    assert_near(json_number(&json, "force_max_n"), r.force_max, 1e-8);
-    assert_near(json_number(&json, "force_world_max_n"), r.force_world_max, 1e-8);
+    assert_near(json_number(&json, "visibility_world_end"), r.truth.visibility, 1e-8);
+    assert_near(json_number(&json, "force_max_n"), r.twin.force, 1e-8);
+    assert_near(json_number(&json, "force_world_max_n"), r.truth.force, 1e-8);
     assert_near(json_number(&json, "force_threshold_n"), 0.3, 1e-12);
-    assert_near(json_number(&json, "times_above_force_limit"), r.nforce, 0);
+    assert_near(json_number(&json, "times_above_force_limit"), r.twin.nforce, 0);
     json_value(&json, "actions");
     int nasymmetric = 0;
     for (int i = 0; i < r.naction; ++i) {
@@ -405,8 +405,8 @@ static void test_run_json(void** state) {
     }
     om_free(text);
     snprintf(path, sizeof path, "%s/run.vtkhdf", out);
-    expect_recorded_forces(path, r.world_nvert, 1.5 * 0.12 * 0.12 * 0.005 * 1000 * 9.81);
-    expect_recorded_scene(path, r.world_nvert, r.world_ntet);
+    expect_recorded_forces(path, r.truth.nvert, 1.5 * 0.12 * 0.12 * 0.005 * 1000 * 9.81);
+    expect_recorded_scene(path, r.truth.nvert, r.truth.ntet);
     om_retract_result_done(&r);
     assert_ok(om_path_remove(dir));
 }

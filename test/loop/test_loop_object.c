@@ -398,10 +398,10 @@ static void test_a_world_without_a_truth(void** state) {
         assert_ok(om_loop_create(&def, &loop));
         tick_to_end(loop);
         const OmRetractResult* r = om_loop_result(loop);
-        assert_true(r->is_exposed && isnan(r->force_world_max) && isnan(r->world_shift));
-        assert_true(isnan(r->force_more) && isnan(r->force_less) &&
+        assert_true(r->is_exposed && isnan(r->truth.force) && isnan(r->truth.shift));
+        assert_true(isnan(r->truth.more) && isnan(r->truth.less) &&
                     isnan(r->sample[3].force_world) && isnan(r->sample[3].visibility_world));
-        assert_true(r->world_nvert == 0 && r->world_nbad == 0 && r->nforce_world == 0);
+        assert_true(r->truth.nvert == 0 && r->truth.nbad == 0 && r->truth.nforce == 0);
         assert_true(r->hash == om_body_hash(g.twin));
         assert_int_equal(r->naction, known.naction);
         for (int i = 0; i < r->naction; ++i) {
@@ -567,8 +567,8 @@ static void test_a_world_in_closed_form(void** state) {
         tick_to_end(loop);
         const OmRetractResult* r = om_loop_result(loop);
         assert_int_equal(r->outcome, OM_RETRACT_EXPOSED);
-        assert_true(r->visibility_start == 0 && isnan(r->force_world_max));
-        assert_true(plain.arm[narm - 1].is_holding && r->force_max > 0.01);
+        assert_true(r->visibility_start == 0 && isnan(r->truth.force));
+        assert_true(plain.arm[narm - 1].is_holding && r->twin.force > 0.01);
         // Exposed from 80 % on, stopped at 85 %: 34 mm and 35.5 mm, and up to a look of 5 ticks later.
         double moved = om_distance(plain.arm[narm - 1].tip.p, plain.arm[narm - 1].grasp);
         assert_true(moved >= 0.034 && moved <= 0.0355 + 6 * 0.02 * g.scene.task.speed);

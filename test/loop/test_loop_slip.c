@@ -60,7 +60,7 @@ static void test_a_weak_grip_slips(void** state) {
             assert_true(a->force_world_max < 0.12 + 0.1);
             assert_true(i + 1 == r->naction || r->action[i + 1].is_replanned);
         }
-        assert_int_equal(r->world_ntorn, 0);
+        assert_int_equal(r->truth.ntorn, 0);
         assert_ok(om_loop_take_result(loop, &result[run]));
         om_loop_destroy(loop);
         rig_destroy(&g);
@@ -142,9 +142,9 @@ static void test_a_wrong_place_is_exposed(void** state) {
     const OmRetractResult* r = om_loop_result(loop);
     if (!r->is_exposed) fail_msg("%s", r->reason);
     printf("misplaced twin: %.3f in the picture, %.3f in the truth\n", r->visibility_end,
-           r->visibility_world_end);
-    assert_true(r->visibility_world_end >= 0.8);
-    assert_near(r->visibility_end, r->visibility_world_end, 0.05);
+           r->truth.visibility);
+    assert_true(r->truth.visibility >= 0.8);
+    assert_near(r->visibility_end, r->truth.visibility, 0.05);
     om_loop_destroy(loop);
     rig_destroy(&g);
 }

@@ -24,7 +24,7 @@ static void test_a_free_corner_is_lifted(void** state) {
     run(&scene, 1, NULL, &r);
     if (!r.is_exposed) fail_msg("%s", r.reason);
     assert_true(r.visibility_start <= 0.05 && r.visibility_end >= 0.8);
-    assert_true(r.world_nvert >= 2 * r.twin_nvert);
+    assert_true(r.truth.nvert >= 2 * r.twin.nvert);
     // The first actions are those of any retraction; the height limit is kept at every instant.
     assert_int_equal(r.action[0].verb, OM_PLAN_REACH);
     assert_int_equal(r.action[1].verb, OM_PLAN_GRASP);
@@ -48,7 +48,7 @@ static void test_same_bytes_with_one_or_two_workers(void** state) {
     run(&scene, 1, NULL, &a);
     run(&scene, 2, NULL, &b);
     assert_true(a.hash == b.hash && a.naction == b.naction);
-    assert_true(a.visibility_end == b.visibility_end && a.force_max == b.force_max);
+    assert_true(a.visibility_end == b.visibility_end && a.twin.force == b.twin.force);
     om_retract_result_done(&a);
     om_retract_result_done(&b);
 }
@@ -74,7 +74,7 @@ static void test_the_truth_is_hidden_from_the_twin(void** state) {
     }
     // The twin feels the pull, and the stiffer truth resists more.
     assert_true(max > 0.05);
-    assert_true(b.force_world_max > 1.1 * a.force_world_max && apart > 0.02);
+    assert_true(b.truth.force > 1.1 * a.truth.force && apart > 0.02);
     om_retract_result_done(&a);
     om_retract_result_done(&b);
 }
@@ -91,7 +91,7 @@ static void test_force_stops_a_pull(void** state) {
     bool has_slowed = false;
     for (int i = 0; i < r.naction; ++i) nstop += r.action[i].outcome == OM_ACTION_FORCE;
     for (int i = 0; i < r.nsample; ++i) has_slowed |= r.sample[i].speed_rate < 1;
-    assert_true(nstop > 0 && r.nforce > 0 && has_slowed && r.nplan > 1);
+    assert_true(nstop > 0 && r.twin.nforce > 0 && has_slowed && r.nplan > 1);
     om_retract_result_done(&r);
 }
 
@@ -119,9 +119,9 @@ static void test_fold_after_a_force_stop(void** state) {
     scene.task.force_threshold = 3;
     scene.task.force_margin = 2.92;
     run(&scene, 1, NULL, &m);
-    assert_int_equal(m.nforce, r.nforce);
+    assert_int_equal(m.twin.nforce, r.twin.nforce);
     assert_int_equal(m.naction, r.naction);
-    assert_int_equal(m.nforce_world, 0);  // the truth stays below the threshold itself
+    assert_int_equal(m.truth.nforce, 0);  // the truth stays below the threshold itself
     om_retract_result_done(&r);
     om_retract_result_done(&m);
 }
@@ -139,10 +139,10 @@ static void test_both_forces_are_told(void** state) {
         if (r.sample[i].force > 0)  // both bodies are held
             more = fmax(more, r.sample[i].force_world - r.sample[i].force);
     }
-    assert_true(r.force_max > 0.05 && r.force_world_max > 0.05);
-    assert_true(fabs(r.force_world_max - r.force_max) > 1e-3);
-    assert_true(twin <= r.force_max && truth <= r.force_world_max && more <= r.force_more);
-    assert_true(twin > 0.8 * r.force_max && truth > 0.8 * r.force_world_max);
+    assert_true(r.twin.force > 0.05 && r.truth.force > 0.05);
+    assert_true(fabs(r.truth.force - r.twin.force) > 1e-3);
+    assert_true(twin <= r.twin.force && truth <= r.truth.force && more <= r.truth.more);
+    assert_true(twin > 0.8 * r.twin.force && truth > 0.8 * r.truth.force);
     for (int i = 0; i < r.naction; ++i) assert_true(r.action[i].force_world_max >= 0);
     om_retract_result_done(&r);
 }
@@ -301,7 +301,7 @@ static void test_roi_in_view_at_the_start(void** state) {
     run(&scene, 1, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_EXPOSED);
     assert_true(r.is_exposed && r.is_settled && !r.has_slid);
-    assert_true(r.twin_shift < 1e-3 && r.world_shift < 1e-3);  // a sheet on its board
+    assert_true(r.twin.shift < 1e-3 && r.truth.shift < 1e-3);  // a sheet on its board
     om_retract_result_done(&r);
     scene.roi.center = om_vec3(-0.059, -0.059, 0);  // three quarters of it lie beside the sheet
     scene.task.visibility = 0.4;
@@ -316,8 +316,8 @@ static void test_roi_in_view_at_the_start(void** state) {
     scene.attach.lo.x = 0.04;
     run(&scene, 1, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_IN_VIEW);
-    assert_true(!r.is_exposed && r.has_slid && r.twin_shift > 0.04 && r.world_shift > 0.04);
-    assert_true(r.twin_shift < 0.12 && r.world_shift < 0.12);
+    assert_true(!r.is_exposed && r.has_slid && r.twin.shift > 0.04 && r.truth.shift > 0.04);
+    assert_true(r.twin.shift < 0.12 && r.truth.shift < 0.12);
     assert_non_null(strstr(r.reason, "slid off by"));
     om_retract_result_done(&r);
 }

@@ -109,8 +109,8 @@ static void run(int seed, const char* belief, Watcher* w) {
            "%d frames of %d points, %d actions, %s, force %.2f N, %.0f s\n",
            seed, belief, w->state, 1e3 * w->least, 1e3 * w->most, 1e3 * w->other_most[0],
            1e3 * w->other_most[1], 1e3 * w->other_most[2], w->first, w->nalarm, 1e3 * w->last.rest,
-           w->nframe, w->last.npoint, r->naction, om_retract_outcome_text(r->outcome), r->force_max,
-           r->time);
+           w->nframe, w->last.npoint, r->naction, om_retract_outcome_text(r->outcome),
+           r->twin.force, r->time);
     fflush(stdout);
     om_loop_destroy(loop);
     om_monitor_destroy(w->monitor);

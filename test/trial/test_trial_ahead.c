@@ -40,8 +40,8 @@ static void look_ahead(OmLoop* loop) {
     om__sense_fluents(&loop->belief, &loop->belief.situation);
     om_body_save(rig.twin, before);
     assert_ok(om__ahead_run(loop->ahead, &loop->belief, loop->planner, &loop->ahead_count));
-    loop->result.nahead = loop->ahead_count.npoint;
-    loop->result.nahead_step = loop->ahead_count.nstep;
+    loop->result.twin.nahead = loop->ahead_count.npoint;
+    loop->result.twin.nahead_step = loop->ahead_count.nstep;
     om_body_save(rig.twin, after);
     assert_memory_equal(before, after, size);
     free(before);
@@ -75,7 +75,7 @@ static void facts_are_those_of_the_plan_before(void** state) {
         ++ntried;
     }
     assert_true(ntried >= 1 && ntried <= 3);
-    assert_int_equal(loop->result.nahead, ntried);
+    assert_int_equal(loop->result.twin.nahead, ntried);
     // the point that the program takes now is known, and exposes the ROI unless three were tried
     assert_ok(om_planner_solve(rig.planner, &loop->belief.situation, &plan));
     assert_true(loop->belief.exposure[plan.grasp_block].exposes || ntried == 3);
@@ -93,12 +93,12 @@ static void tissue_in_hand_stays_in_hand(void** state) {
     const int held = loop->act.arm[0].in_hand;
     loop->ahead = ahead;
     look_ahead(loop);  // the plan continues with the tissue in hand
-    assert_int_equal(loop->result.nahead, 0);
+    assert_int_equal(loop->result.twin.nahead, 0);
     loop->belief.tried[held] = OM_TRIED_GRASP | OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
     loop->act.arm[0].is_max_force = true;
     const int nbad = om_body_nbad(rig.twin);
     look_ahead(loop);
-    assert_in_range(loop->result.nahead, 1, 2);
+    assert_in_range(loop->result.twin.nahead, 1, 2);
     assert_true(om_body_is_holding(rig.twin, 0));
     assert_int_equal(loop->ahead_count.nbad, om_body_nbad(rig.twin) - nbad);
     assert_false(loop->belief.exposure[held].is_known);
@@ -113,8 +113,8 @@ static void the_budget_counts_steps(void** state) {
     assert_ok(om_loop_tick(loop));
     loop->ahead = ahead;
     look_ahead(loop);
-    assert_int_equal(loop->result.nahead, 0);
-    assert_int_equal(loop->result.nahead_step, 10);
+    assert_int_equal(loop->result.twin.nahead, 0);
+    assert_int_equal(loop->result.twin.nahead_step, 10);
     for (int b = 0; b < 25; ++b) assert_false(loop->belief.exposure[b].is_known);
     om_loop_destroy(loop);
     om_ahead_destroy(ahead);
@@ -131,9 +131,9 @@ static void a_run_repeats(void** state) {
         om_loop_destroy(loop);
     }
     expect_same(&result[0], &result[1]);
-    assert_true(result[0].nahead > 0 && result[0].is_exposed);
-    assert_int_equal(result[0].nahead, result[1].nahead);
-    assert_int_equal(result[0].nahead_step, result[1].nahead_step);
+    assert_true(result[0].twin.nahead > 0 && result[0].is_exposed);
+    assert_int_equal(result[0].twin.nahead, result[1].twin.nahead);
+    assert_int_equal(result[0].twin.nahead_step, result[1].twin.nahead_step);
     om_retract_result_done(&result[0]);
     om_retract_result_done(&result[1]);
     om_ahead_destroy(ahead);
@@ -152,7 +152,7 @@ static OmExposure look_at(bool is_repeated, bool is_only, OmPlan* plan, bool* is
     assert_ok(om_planner_solve(rig.planner, &loop->belief.situation, plan));
     const OmExposure e = loop->belief.situation.exposure[10];
     *is_kept = loop->belief.exposure[10].is_known;
-    *n = loop->result.nahead;
+    *n = loop->result.twin.nahead;
     om_loop_destroy(loop);
     om_ahead_destroy(ahead);
     return e;
