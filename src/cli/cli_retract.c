@@ -218,7 +218,9 @@ static int run(OmCliRetract* s) {
     OmStatus status = om_cli_retract_plan(s, s->out, trials, sizeof trials);
     OmRetractDef def = om_cli_retract_def(s, s->out);
     OmRetractResult result;
-    if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
+    // what a person types does not mix with a bar: plans and actions are printed instead
+    const bool is_quiet = s->is_quiet || s->person.reads;
+    if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(is_quiet), &result);
     if (status < 0) return om_cli_fail_trials("retract", status, trials);
     if (trials[0]) (void)om_path_remove(trials);
     om_cli_progress_done();

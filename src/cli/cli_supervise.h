@@ -8,8 +8,8 @@ typedef struct OmCliPerson {  // zero at first
     bool reads;               // commands from standard input
     bool is_paced;            // time passes as on the wall
     bool has_begun, has_ended;
-    double origin;  // s of the wall clock at the loop's time 0
-    int nplan, warning;
+    double origin;                // s of the wall clock at the loop's time 0
+    int nplan, naction, warning;  // the last ones printed
     OmLoopPhase phase;
     char line[128];
     int nline;

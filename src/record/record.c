@@ -202,6 +202,7 @@ void om_recorder_destroy(OmRecorder* rec) {
     om_recording_abort(rec->recording);
     om_anatomy_destroy(rec->anatomy);
     om__record_contact_done(&rec->contact);
+    om__record_belief_done(&rec->path);
     om_folder_end(&rec->folder);
     for (int i = 0; i < rec->nframe; ++i) {
         om_picture_done(&rec->frame[i].picture);
@@ -222,6 +223,7 @@ const char* om_recorder_place(const OmRecorder* rec) { return rec->folder.place;
 
 static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
     OmRecorder* rec = ctx;
+    if (rec->path.n == 0) OM_TRY(om__record_belief(rec, 0, om_body_attached(rec->def.twin)));
     OM_TRY(om__record_contact(rec, now));
     if (!rec->recording || (om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
     const size_t n = 3 * (size_t)rec->nvert;
@@ -295,6 +297,8 @@ static OmStatus add_frame(OmRecorder* rec, double time, const char* caption) {
 static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractAction* action) {
     OmRecorder* rec = ctx;
     const int every = rec->def.frame_every;
+    if (!om_match_adoption_is_active(loop->belief.adoption))
+        OM_TRY(om__record_belief(rec, action->end, om_body_attached(rec->def.twin)));
     if (every < 1 || om_loop_result(loop)->naction % every) return OM_OK;
     OmText caption = {0};
     const OmPlan* plan = om_loop_plan(loop);
@@ -333,6 +337,7 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     if (event->stage == OM_UPDATE_TAKEN && rec->def.records_acquisitions)
         return save_acquisition(rec, event->acquisition);
     if (event->stage != OM_UPDATE_ADOPTED && event->stage != OM_UPDATE_DOUBTED) return OM_OK;
+    OM_TRY(om__record_belief(rec, event->time, event->estimate->attached));
     if (!rec->before.pixel) OM_TRY(draw_twin(rec, event->was_attached, &rec->before));
     return draw_twin(rec, event->estimate->attached, &rec->after);
 }
@@ -484,6 +489,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_string(&json, "state_hash", hash);
     write_actions(&json, r, scene->task.grid);
     write_samples(&json, r);
+    om__record_belief_json(rec, &json);
     if (r->belief.nmonitor > 0) write_monitor(&json, r);
     if (r->belief.nacquisition > 0) write_updates(&json, r);
     om_json_close(&json, '}');

@@ -21,6 +21,19 @@ typedef struct ContactRecord {  // when the pull in the truth was largest
 
 #define OM__RETRACT_KIND "retraction run"  // of the recorder's folder
 
+typedef struct BeliefPoint {
+    double time;   // s
+    double share;  // of the vertices of the twin's underside that it holds
+    double dice;   // to the truth; NAN: not known
+} BeliefPoint;
+
+typedef struct BeliefPath {
+    int n, capacity;
+    BeliefPoint* point;
+    unsigned char* is_true;  // of the twin's underside; null: there is no truth
+    double true_share;
+} BeliefPath;
+
 struct OmRecorder {
     OmRecorderDef def;
     OmBody* shown;       // the truth, or the twin without one
@@ -37,6 +50,7 @@ struct OmRecorder {
     int nacquisition;         // written
     OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
     ContactRecord contact;
+    BeliefPath path;
     int nplan;
     OmText plans;                 // every plan and its reasons, as text
     const struct OmAudit* audit;  // its sentences go into the report; null: none
@@ -49,6 +63,13 @@ OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec,
                                 const OmRetractResult* result);
 OmStatus om__report_add_monitor(OmReport* report, const OmRecorder* rec,
                                 const OmRetractResult* result);
+/// Add the twin's attachments (nvert) to the path of the belief, where they changed.
+OmStatus om__record_belief(OmRecorder* rec, double time, const unsigned char* attached);
+void om__record_belief_done(BeliefPath* path);
+void om__record_belief_json(const OmRecorder* rec, OmJson* json);
+/// Its chart; nothing where nothing was learnt.
+OmStatus om__report_add_belief(OmReport* report, const OmRecorder* rec,
+                               const OmRetractResult* result);
 /// Keep contact of the truth's tissue with an organ if the pull is the largest so far.
 OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now);
 void om__record_contact_done(ContactRecord* contact);

@@ -270,6 +270,7 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     if (status == OM_OK) status = add_actions(&report, rec->def.scene->task.grid, r);
     if (status == OM_OK) status = om__report_add_contact(&report, rec);
     if (status == OM_OK) status = om__report_add_monitor(&report, rec, r);
+    if (status == OM_OK) status = om__report_add_belief(&report, rec, r);
     if (status == OM_OK) status = om__report_add_updates(&report, rec, r);
     if (rec->audit)
         om_report_details(&report, "The whole course in words", om_audit_story(rec->audit));
