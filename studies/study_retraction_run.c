@@ -30,7 +30,8 @@
 #define FIRST_GRASPS 5
 #define MAX_WORKER 64
 // Processor times for the estimate, s; a coarse sheet takes 0.15 of them.
-#define SECONDS_PREPLAN 25
+#define SECONDS_PREPLAN 200  // 864 quadratic elements: 27,000 steps
+#define SECONDS_OPEN 8
 #define SECONDS_DEFRAS 60
 #define SECONDS_FRAS 8
 #define SECONDS_SEARCH 120
@@ -261,7 +262,7 @@ static OmStatus make_open_loop(const Retraction* s, Task* t, const OmProgress* a
     run->outcome = OM_RETRACT_NO_PLAN;
     OmStatus status = om__retraction_load_preplan(s, &t->result->c, plan);
     const bool has_plan = status == OM_OK && plan->chosen >= 0;
-    snprintf(run->reason, sizeof run->reason, "%s", has_plan ? "" : plan->reason);
+    if (status == OM_OK) snprintf(run->reason, sizeof run->reason, "%s", plan->reason);
     if (has_plan) status = om_retract_open_loop(&t->scene, plan, 1, alive, &r);
     om_free(plan);
     if (status < 0 || !has_plan) return status;
@@ -410,8 +411,8 @@ static bool is_asked(const Retraction* s, const RetractionResult* r, int row) {
                                                 [RETRACTION_KIDNEY] = OM_RETRACTION_KIDNEY,
                                                 [RETRACTION_ALARM] = OM_RETRACTION_ALARMS};
     int wanted = part[r->c.group];
-    if (is_search(row) && r->c.group == RETRACTION_PAIR)
-        wanted |= OM_RETRACTION_SEARCHES;
+    if (is_search(row) && r->c.group == RETRACTION_PAIR)  // it tells whether the pair counts
+        wanted |= OM_RETRACTION_SEARCHES | OM_RETRACTION_ABLATIONS;
     else if (is_search(row))
         wanted = OM_RETRACTION_SEARCHES;
     else if (row == OM_RETRACTION_OPEN_LOOP)
@@ -508,11 +509,21 @@ static OmStatus tell(const Retraction* s, const Task* task, int n, int nplan) {
     return om__study_estimate_tell(work, 4, s->def->nworker, s->progress);
 }
 
+// Of plans and open loops that tell which pairs count; at most so many searches follow.
+static OmStatus tell_pairs(const Retraction* s, int n, int nplan) {
+    const double quick = s->def->is_quick ? 0.15 : 1;
+    const StudyWork work[] = {{"plans before", nplan, SECONDS_PREPLAN * quick, false},
+                              {"plans carried out open loop", n, SECONDS_OPEN * quick, false},
+                              {"searches at most", n, SECONDS_SEARCH * quick, false}};
+    return om__study_estimate_tell(work, 3, s->def->nworker, s->progress);
+}
+
 // Which pairs count: their plans, these open loop, and searches where they fail.
 static OmStatus find_pairs(Retraction* s, Task* task, Task* plan) {
     int n = 0, nplan = 0;
     OM_TRY(list_open_loops(s, task, &n));
     list_preplans(s, task, n, plan, &nplan);
+    if (n > 0) OM_TRY(tell_pairs(s, n, nplan));
     OM_TRY(run_tasks(s, "plans before", plan, nplan));
     OM_TRY(run_tasks(s, "plans carried out open loop", task, n));
     n = 0;

@@ -28,11 +28,11 @@ FLOORS = [
     ["scene", "world"],
     ["match", "umesh", "calibrate", "plan"],
     ["banet", "act"],
-    ["belief"],
+    ["belief", "rl"],
     ["trial"],
     ["loop"],
     ["record"],
-    ["retract", "rl"],
+    ["retract"],
     ["studies"],
     ["cli", "view"],
 ]

@@ -44,7 +44,7 @@ typedef struct OmEffort {  // of the arms, in one operation
 } OmEffort;
 
 typedef enum OmHold {  // why the arms stop and wait for a person
-    OM_HOLD_NONE,      // it does not
+    OM_HOLD_NONE,      // they do not
     OM_HOLD_WARNING,   // state 3 of Alg. 5: the twin does not describe this tissue
     OM_HOLD_STALE,     // the picture, or the world's clock, is older than OmLoopDef.max_age
     OM_HOLD_LATE,      // the twin is behind real time by more than OmLoopDef.max_lag

@@ -29,11 +29,11 @@ OM_API OmStatus om_words_action(const OmLoop* loop, const OmRetractAction* actio
 /// What an acquisition or an estimate changed in the robot's model: points that are attached now and were not.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* event, OmText* text);
-/// What the arms have learnt of the force: a factor on the model's forces (OmRetractResult.force_factor). Begins with a
+/// What the arms have learnt of the force: a factor on the model's forces (OmBeliefRecord.force_factor). Begins with a
 /// blank.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_force(double factor, OmText* text);
-/// The Young's modulus that the twin has learnt (OmRetractResult.young_factor); begins with a blank.
+/// The Young's modulus that the twin has learnt (OmBeliefRecord.young_factor); begins with a blank.
 /// @param by_shape  by what the depth camera saw, not by measured forces
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_modulus(double factor, bool by_shape, OmText* text);

@@ -1,6 +1,7 @@
 // act_motion.c: one straight motion of a tip, one tick at a time, with the force watched (check_failure).
 //
-// A motion that holds tissue slows down near the force limit (loop_step.c) and is commanded again when its speed
+// A motion that holds tissue slows down from SLOW_FROM of the force limit on (the threshold less the margin), to
+// SLOW_RATE at the limit; above it the tip almost stops (om__force_rate). It is commanded again when its speed
 // changes. If the force stays above the limit for SLOW_TIME, the arm moves back until the force is below the limit,
 // and a new plan is made. At a quarter of the speed above the limit, and at full speed up to it, the force passed the
 // limit by 8 to 30 %.
@@ -116,10 +117,6 @@ static OmStatus command(Act* act, bool* is_done) {
     return OM_OK;
 }
 
-static bool is_fold(OmPlanVerb verb) {
-    return verb == OM_PLAN_MOVE_AWAY || verb == OM_PLAN_MOVE_ROI;
-}
-
 OmStatus om__motion_begin(Act* act, int arm, OmVec3 goal, bool is_holding, bool* is_done) {
     const ArmState* state = &act->arm[arm];
     act->over_time = 0;
@@ -128,7 +125,7 @@ OmStatus om__motion_begin(Act* act, int arm, OmVec3 goal, bool is_holding, bool*
                            .from = state->tip,
                            .start = state->tip,
                            .is_holding = is_holding,
-                           .may_turn = !is_fold(act->action.plan.verb) || act->action.may_turn,
+                           .may_turn = !om__is_fold(act->action.plan.verb) || act->action.may_turn,
                            .commanded = -1,
                            .watch = {act->task->visibility, act->margin, act->visibility},
                            .outcome = OM_ACTION_DONE};
@@ -184,9 +181,10 @@ OmStatus om__motion_check(Act* act, bool* is_done) {
     }
     if (m->is_holding) {
         const double limit = act->task->watch_force ? om__force_limit(act->task) : (double)INFINITY;
-        m->outcome = om__motion_outcome(&m->watch, act->visibility, act->force[m->arm], limit,
-                                        act->over_time);
-        state->is_max_force = state->is_max_force || m->outcome == OM_ACTION_FORCE;
+        const OmActionOutcome outcome = om__motion_outcome(
+            &m->watch, act->visibility, act->force[m->arm], limit, act->over_time);
+        if (outcome != OM_ACTION_DONE) m->outcome = outcome;  // else a goal may be out of reach
+        state->is_max_force = state->is_max_force || outcome == OM_ACTION_FORCE;
     }
     *is_done = m->outcome != OM_ACTION_DONE || !state->is_moving;
     if (*is_done) act->effort->path += om_distance(m->last, state->tip);

@@ -226,6 +226,10 @@ OmStatus om__action_begin(Act* act, const OmPlanAction* plan, bool* is_done);
 OmStatus om__action_check(Act* act, bool* is_done);  // after a tick
 void om__act_stop(Act* act);                         // all arms
 
+static inline bool om__is_fold(OmPlanVerb verb) {
+    return verb == OM_PLAN_MOVE_AWAY || verb == OM_PLAN_MOVE_ROI;
+}
+
 static inline bool om__act_is_holding(const Act* act) {
     return act->arm[0].in_hand >= 0 || act->arm[1].in_hand >= 0;
 }

@@ -1,11 +1,9 @@
 // belief_decide.c: the tables of belief_decide.h.
 #include "belief/belief_decide.h"
 
-static int imax(int a, int b) { return a > b ? a : b; }
+#include "act/act_state.h"
 
-static bool is_fold(OmPlanVerb verb) {
-    return verb == OM_PLAN_MOVE_ROI || verb == OM_PLAN_MOVE_AWAY;
-}
+static int imax(int a, int b) { return a > b ? a : b; }
 
 // ---- the state ------------------------------------------------------------------------------------------------
 
@@ -20,13 +18,13 @@ static Warning set_state(Warning w, int state, double time) {
 Warning om__warning_next(const OmSceneMonitor* s, Warning w, const FrameEvidence* e) {
     if (!e->holds) w.part_rest = e->part;
     // Tissue that is folded drags over the board, in the truth otherwise than in the twin.
-    w.has_dragged = e->holds && (w.has_dragged || is_fold(e->verb));
+    w.has_dragged = e->holds && (w.has_dragged || om__is_fold(e->verb));
     const bool is_pull = e->holds && !w.has_dragged && e->verb == OM_PLAN_PULL;
     w.part_state = is_pull ? om_monitor_next_part_state(s, w.part_state, e->part - w.part_rest) : 0;
     const int by_mu = w.has_dragged ? om_monitor_next_fold_state(s, w.fold_state, e->mu) : e->state;
     w.fold_state = w.has_dragged ? by_mu : 0;
     w.unsettled = e->holds ? imax(by_mu, w.part_state) : 0;
-    const bool is_moving = s->is_fold_at_rest && is_fold(e->verb) && e->is_acting;
+    const bool is_moving = s->is_fold_at_rest && om__is_fold(e->verb) && e->is_acting;
     return set_state(w, is_moving && w.state == 0 && w.unsettled == 1 ? 0 : w.unsettled, e->time);
 }
 
@@ -44,13 +42,13 @@ Conduct om__warning_conduct(Warning w, double time) {
 
 // The outcome of a fold that exposes the ROI does not depend on what the twin shows.
 static bool must_settle(const AfterEvidence* e) {
-    return e->has_monitor && e->folds_rest && is_fold(e->verb) && e->unsettled > e->state &&
+    return e->has_monitor && e->folds_rest && om__is_fold(e->verb) && e->unsettled > e->state &&
            !e->is_seen;
 }
 
 // An estimate under way answers a warning: its effect is awaited first.
 static bool must_look(const AfterEvidence* e) {
-    const bool is_moved = is_fold(e->verb) || e->verb == OM_PLAN_PULL;
+    const bool is_moved = om__is_fold(e->verb) || e->verb == OM_PLAN_PULL;
     const bool waits_for_warnings = e->has_monitor && e->has_estimator;
     if (waits_for_warnings && (e->highest == 0 || e->is_answering)) return false;
     return e->has_updater && is_moved && e->is_lifted;
@@ -59,7 +57,7 @@ static bool must_look(const AfterEvidence* e) {
 // A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
 // end of a plan, or a release, depends on what is learnt.
 static bool must_learn(const AfterEvidence* e) {
-    if (e->outcome == OM_ACTION_WARNED || (is_fold(e->verb) && e->state >= 2)) return true;
+    if (e->outcome == OM_ACTION_WARNED || (om__is_fold(e->verb) && e->state >= 2)) return true;
     return e->has_monitor && e->has_estimator && (e->is_answering || e->is_due) && !e->is_seen &&
            !e->continues;
 }

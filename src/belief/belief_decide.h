@@ -17,7 +17,7 @@
 //    | 0     | 1                    | continues                                 |                                   |
 //    | 1     | 1/2                  | continues                                 |                                   |
 //    | 2     | 1/2                  | stops                                     |                                   |
-//    | 3     | 1/2                  | stops                                     | is called after STATE_3_TIME      |
+//    | 3     | 1/2                  | stops                                     | is called after STATE_3_TIME, once |
 //
 // 3. When an action has ended (om__belief_after), the first row that holds:
 //

@@ -7,8 +7,6 @@
 
 #include "belief/belief_state.h"
 
-_Static_assert(OM_SCENE_MAX_GRID <= OM_PLAN_MAX_GRID, "blocks of a scene fit the planner's arrays");
-
 // m: a measured tip stops that far from its goal. With 0.5 mm, noise of 0.2 mm led to a sixth pull of no length.
 #define HEIGHT_TOLERANCE 1e-3
 

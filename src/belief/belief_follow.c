@@ -7,9 +7,9 @@
 // twin of that acquisition if the estimate is refused, or from the twin at rest with the new attachments if adopted.
 // After a refusal the twin follows it at once; after an adoption only if mu stays above its first limit when the effect
 // is measured. The tools keep still meanwhile. Then forces hold the twin until the tissue is released. Attachments that
-// an estimate has learnt in a fold must explain most of the distance (is_doubtful in belief_look.c).
+// an estimate has learnt in a fold must explain most of the distance (om__belief_judge).
 //
-// Before the loop continues with this grasp, both folds are tried in the twin from there (om__loop_ahead_held): a fold
+// Before the loop continues with this grasp, both folds are tried in the twin from there (om__ahead_fold): a fold
 // that exposes nothing there is not made. Where neither exposes the ROI, or mu is still above its first limit, the
 // tissue is released.
 //

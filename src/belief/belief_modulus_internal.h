@@ -1,6 +1,6 @@
 // belief_modulus_internal.h: the record of a grasp, and the bodies in which it is repeated.
-#ifndef OM_DEFRAS_MODULUS_INTERNAL_H
-#define OM_DEFRAS_MODULUS_INTERNAL_H
+#ifndef OMENTUM_BELIEF_MODULUS_INTERNAL_H
+#define OMENTUM_BELIEF_MODULUS_INTERNAL_H
 
 #include "belief/belief_state.h"
 #include "omentum/belief_modulus.h"

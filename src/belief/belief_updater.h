@@ -1,6 +1,6 @@
 // belief_updater.h: the updater, shared by its object (belief_update.c) and the loop (belief_look.c).
-#ifndef OMENTUM_DEFRAS_UPDATER_H
-#define OMENTUM_DEFRAS_UPDATER_H
+#ifndef OMENTUM_BELIEF_UPDATER_H
+#define OMENTUM_BELIEF_UPDATER_H
 
 #include "omentum/base_job.h"
 #include "omentum/belief_update.h"

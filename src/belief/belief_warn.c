@@ -58,11 +58,6 @@ static OmStatus measure_update(Belief* belief, bool is_last_chance) {
     return OM_OK;
 }
 
-static bool is_fold(const Belief* belief) {
-    const OmPlanVerb verb = belief->act->action.plan.verb;
-    return verb == OM_PLAN_MOVE_ROI || verb == OM_PLAN_MOVE_AWAY;
-}
-
 static double limit_of_state_3(const Belief* belief) {
     const OmSceneMonitor* s = &belief->monitor_settings;
     return (belief->warn.has_dragged ? s->fold_factor : 1) * s->limit[2];
@@ -165,7 +160,8 @@ OmStatus om__warn_settle(Belief* belief, bool* needs_tick) {
 // ---- learning -------------------------------------------------------------------------------------------------
 
 bool om__warn_stops(const Belief* belief) {
-    const bool is_moving = is_fold(belief) || belief->act->action.plan.verb == OM_PLAN_PULL;
+    const bool is_moving =
+        om__is_fold(belief->act->action.plan.verb) || belief->act->action.plan.verb == OM_PLAN_PULL;
     const bool stops = om__warning_conduct(belief->warn, belief->act->time).stops;
     return (stops || belief->has_followed) && is_moving && !belief->act->motion.is_easing;
 }
@@ -211,10 +207,11 @@ void om__warn_give_up(Belief* belief) {
 bool om__warn_is_learning(Belief* belief) {
     const OmUpdater* u = belief->updater;
     const bool is_busy = has_estimator(belief) && (u->job || u->is_due);
+    const bool is_stopped = belief->warn.state == 3 && !belief->warn.is_overruled;
     const WaitEvidence e = {.state = belief->warn.state,
                             .is_overruled = belief->warn.is_overruled,
                             .waited = belief->act->time - belief->learn_begin,
-                            .is_changing = is_view_changing(belief),
+                            .is_changing = !is_stopped && is_view_changing(belief),
                             .is_answering = is_busy ||
                                             om_match_adoption_is_active(belief->adoption) ||
                                             belief->has_effect_due};

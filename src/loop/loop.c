@@ -157,6 +157,7 @@ static void note_lag(void* ctx, int arm, double behind) {
 }
 
 static OmStatus tell_update(void* ctx, const OmUpdateEvent* event) {
+    if (event->stage == OM_UPDATE_DOUBTED) om__loop_go(ctx, STAGE_DOUBT);
     return om__loop_notify_update(ctx, event);
 }
 
@@ -296,7 +297,7 @@ static OmStatus leave(OmLoop* loop, OmStatus status) {
         status = apply(loop, &loop->pending[i]);
     loop->npending = 0;
     loop->is_ticking = false;
-    if (loop->is_astray && status >= 0) status = OM_INVALID;  // om__loop_go has said why
+    if (loop->astray[0] && status >= 0) status = om_error(OM_INVALID, "%s", loop->astray);
     loop->has_failed |= status < 0;
     return status < 0 ? status : OM_OK;
 }

@@ -125,10 +125,7 @@ static OmStatus decide_plan(OmLoop* loop) {
     } else if (is_empty) {
         bool is_changed;
         OM_TRY(om__doubt_free(&loop->belief, &is_changed));
-        if (is_changed)
-            om__loop_go(loop, STAGE_DOUBT);
-        else
-            end_without_plan(loop);
+        if (!is_changed) end_without_plan(loop);
     } else {
         loop->action_index = loop->act.ncontinued = 0;
         om__loop_go(loop, loop->needs_approval ? STAGE_CONSENT : STAGE_NEXT_ACTION);

@@ -68,10 +68,9 @@ bool om__loop_may_follow(Stage from, Stage to) {
 
 void om__loop_go(OmLoop* loop, Stage next) {
     const Stage was = loop->stage;
-    if (!om__loop_may_follow(was, next) && !loop->is_astray) {
-        loop->is_astray = true;
-        om_error(OM_INVALID, "stage %s of the loop after %s: no such edge", name[next], name[was]);
-    }
+    if (!om__loop_may_follow(was, next) && !loop->astray[0])
+        snprintf(loop->astray, sizeof loop->astray, "stage %s of the loop after %s: no such edge",
+                 name[next], name[was]);
     loop->walked[was] |= 1u << next;
     loop->stage = next;
 }
@@ -87,5 +86,6 @@ OmStatus om__loop_draw(OmText* text) {
     return om_text_append(text, "%-11s -> %-11s  %s\n%-11s -> %-11s  %s\n%-11s -> %-11s  %s\n",
                           "any", name[STAGE_HOLD], "a fault: the arms stop for a person", "",
                           name[STAGE_ENDED], "a person, or the program, ends the operation",
-                          name[STAGE_HOLD], "the stage before", "the person continues");
+                          name[STAGE_HOLD], "the stage before",
+                          "the person continues; an action is planned again");
 }

@@ -85,7 +85,7 @@ struct OmLoop {
     // computed by loop_decide.c
     Stage stage;              // changed by om__loop_go alone
     unsigned walked[NSTAGE];  // a bit for each stage that followed this one
-    bool is_astray;           // a stage followed that may not
+    char astray[80];          // which stage followed another one that it may not; "": none
     OmPlan plan;
     int action_index;      // in the plan
     double action_begin;   // s

@@ -1,7 +1,4 @@
 // loop_step.c: one step of world and twin, and its measurements.
-//
-// From SLOW_FROM of the force limit (the threshold less the margin) on the motion slows down, to SLOW_RATE at the
-// limit; above it the tip almost stops, and moving tissue comes to rest.
 #include <string.h>
 
 #include "base/base_grow.h"

@@ -24,7 +24,7 @@ struct OmAudit {
     OmText words;   // a sentence, or reasons
     OmText story;   // all sentences, with their times
     double factor;  // on the twin's forces, of the last line of an action
-    int nmodulus;   // OmRetractResult.nmodulus there
+    int nmodulus;   // OmBeliefRecord.nmodulus there
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {

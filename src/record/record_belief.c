@@ -112,6 +112,7 @@ OmStatus om__report_add_belief(OmReport* report, const OmRecorder* rec, const Om
         .y_max = 100,
         .event = learnt,
         .nevent = r->belief.nupdate};
+    om_report_heading(report, "What the twin believes");
     om_report_chart(report, &chart);
 done:
     om_free(t);

@@ -299,7 +299,7 @@ OmStatus om_words_warning(const OmLoop* loop, int was, const OmMonitorFrame* f, 
                                        "The robot stops, measures, and plans anew",
                                        "The robot stops; if this lasts, it waits for a person"};
     const int now = om_loop_warning(loop);
-    const bool is_held = loop->act.arm[0].in_hand >= 0 || loop->act.arm[1].in_hand >= 0;
+    const bool is_held = om__act_is_holding(&loop->act);
     if (!is_held) return om_text_append(t, "Warning %d ends: no tissue is held.", was);
     if (now == 0)
         OM_TRY(om_text_append(t, "Warning %d ends", was));

@@ -33,7 +33,7 @@ struct OmAhead {
     AheadCount* count;
     Attempt attempt;       // owns view and lifted; body and grid are the belief's
     void *now, *released;  // snapshots of the twin
-    void* adoption;        // of the loop's adoption, null before the first use
+    void* adoption;        // of the belief's adoption, null before the first use
     OmSite soft_site;      // the site with another modulus; its arrays are the site's
     OmBody* soft;          // of soft_site, null: points are not repeated
     Trace trace[2];        // of the last attempt

@@ -1,4 +1,5 @@
-// trial_open.c: a plan carried out without looking (open loop), to tell whether a wrong belief matters.
+// trial_open.c: a plan carried out open loop, without a monitor or a second plan, to tell whether a wrong belief
+// matters. A fold still ends by what is seen of the ROI, as its action does.
 //
 // The grasping point is where the twin has it, as for the arms. There are no tools, no noise and no second plan: what
 // fails here fails because the tissue is held otherwise than believed, or is another material.

@@ -57,7 +57,7 @@ static OmLoop* stand(Stage stage) {
 
 static void decide(OmLoop* loop, Stage from, Stage to) {
     assert_true(om__loop_decide(loop) >= 0);
-    assert_false(loop->is_astray);
+    assert_false(loop->astray[0]);
     if (!(loop->walked[from] >> to & 1)) fail_msg("no step from stage %d to %d", from, to);
     for (int k = 0; k < NSTAGE; ++k) walked[k] |= loop->walked[k];
 }
@@ -230,8 +230,24 @@ static void every_stage_may_be_held(void** state) {
         loop = stand((Stage)s);
         assert_ok(om__loop_stop(loop, OM_RETRACT_ABORTED));
         assert_true(loop->stage == STAGE_ENDED);
-        assert_false(loop->is_astray);
+        assert_false(loop->astray[0]);
     }
+}
+
+// A motion that is resumed after a pause may find its goal out of reach: its next check says so.
+static void a_goal_out_of_reach_stays_so(void** state) {
+    (void)state;
+    OmLoop* loop = stand_warned(OM_PLAN_PULL, 0);
+    bool is_done = false;
+    loop->act.motion = (Motion){.arm = 0,
+                                .is_holding = true,
+                                .outcome = OM_ACTION_UNREACHED,
+                                .nplace = -1,
+                                .watch = {1, 0.05, 0}};
+    loop->act.arm[0].is_moving = false;
+    assert_ok(om__motion_check(&loop->act, &is_done));
+    assert_true(is_done);
+    assert_int_equal(loop->act.motion.outcome, OM_ACTION_UNREACHED);
 }
 
 static void every_edge_was_walked(void** state) {
@@ -281,6 +297,7 @@ int main(void) {
         cmocka_unit_test(after_a_look),
         cmocka_unit_test(after_learning),
         cmocka_unit_test(every_stage_may_be_held),
+        cmocka_unit_test(a_goal_out_of_reach_stays_so),
         cmocka_unit_test(every_edge_was_walked),  // by those above
         cmocka_unit_test(an_edge_that_is_none_ends_the_run),
         cmocka_unit_test(the_manual_has_the_drawing),

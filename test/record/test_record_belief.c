@@ -1,4 +1,4 @@
-// test_record_belief.c: the path of the belief: shares and Dice against sets made by hand, in run.json and the report.
+// test_record_belief.c: the path of the belief: shares and Dice against sets made by hand, and their JSON.
 #include <string.h>
 
 #include "loop_rig.h"
