@@ -372,6 +372,9 @@ static OmStatus write_page(const Demo* d) {
     OM_TRY(make_path(d, "report.html", path, sizeof path));
     om_report_begin(&page, "From a CT to an exposed tumour", "omentum demo");
     om_report_verdict(&page, d->run.reason, d->run.is_exposed);
+    static const char* const name[] = {"the patient model", "the operation, action by action"};
+    static const char* const href[] = {"model/report.html", "run/report.html"};
+    om_report_links(&page, "Pages of their own: ", name, href, 2);
     OmStatus status = add_stages(&page, d);
     om_report_heading(&page, "Files");
     snprintf(text, sizeof text,

@@ -14,6 +14,11 @@ file demo/plan.json
 file demo/model/report.html
 file demo/run/report.html
 
+# the page leads to the run's
+$ grep -c 'href="run/report.html"' demo/report.html
+exit 0
+out ^1$
+
 # the organ that gives way, and what lies on it
 $ grep -c 'Pressure of the tissue on the organ at' demo/run/report.html
 exit 0
