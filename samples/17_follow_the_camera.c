@@ -92,9 +92,9 @@ static OmStatus operate(const OmScene* scene, const OmLoopListener* listener, Pa
 int main(void) {
     OmScene scene = om_scene_default();
     scene.seed = 1;
-    scene.tissue.cells = om_vec3(7, 7, 1);  // smaller than by default: some seconds
+    scene.tissue.cells = om_vec3(6, 6, 1);  // smaller than by default: some seconds
     scene.believed.kind = OM_BELIEF_NONE;
-    scene.task.max_actions = 6;
+    scene.task.max_actions = 5;
     int nadopted = 0;
     OmLoopListener listener = {
         .ctx = &nadopted, .on_action_end = on_action_end, .on_update = on_update};
