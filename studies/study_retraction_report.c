@@ -221,8 +221,8 @@ static void add_pairs(const Retraction* s, OmReport* report) {
         report,
         "%d pairs were drawn. In %d the plan made with the believed attachments succeeds when it is "
         "carried out without looking: there the belief does no harm. In %d others no sequence of "
-        "actions exposes the ROI, %d are not searched yet. The other %d count: they are the pairs of "
-        "all rows below but that of the open loop, which has every pair.",
+        "actions exposes the ROI, and %d are not searched yet. The other %d count: every row below "
+        "has these pairs alone, but for the row of the open loop, which has all.",
         p->ndrawn, p->nharmless, p->nimpossible,
         p->ndrawn - p->nharmless - p->nimpossible - p->ncounting, p->ncounting);
 }
