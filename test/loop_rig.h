@@ -10,7 +10,7 @@
 
 // World, twin and planner of a scene, at rest; `start` brings them back there.
 typedef struct Rig {
-    OmScene scene;
+    OmScene scene, truth;  // body and world borrow them
     OmSite twin_site, world_site;
     OmBody* twin;
     OmWorld* world;
@@ -26,19 +26,26 @@ static inline OmPlanner* make_planner(const OmScene* scene) {
     return planner;
 }
 
-// `role`: of the world's tissue; OM_SITE_TWIN: it has the twin's mesh and material.
-static inline void rig_create_as(Rig* g, OmScene scene, OmSiteRole role, int nworker) {
-    *g = (Rig){.scene = scene};
+// The world's tissue is that of another scene, and its modulus times `young`. `role`: of it; OM_SITE_TWIN: it has the
+// mesh and the material of a twin.
+static inline void rig_create_apart(Rig* g, OmScene scene, const OmScene* truth, OmSiteRole role,
+                                    double young, int nworker) {
+    *g = (Rig){.scene = scene, .truth = *truth};
     assert_ok(om_site_build(&g->scene, OM_SITE_TWIN, NULL, &g->twin_site));
-    assert_ok(om_site_build(&g->scene, role, NULL, &g->world_site));
+    assert_ok(om_site_build(&g->truth, role, NULL, &g->world_site));
+    g->world_site.young *= young;
     assert_ok(om_body_create(&g->scene, &g->twin_site, nworker, &g->twin));
-    assert_ok(om_world_create_simulated(&g->scene, &g->world_site, nworker, &g->world));
+    assert_ok(om_world_create_simulated(&g->truth, &g->world_site, nworker, &g->world));
     assert_true(om_body_settle(g->twin, scene.task.time_step, OM_WORLD_SETTLE_SPEED,
                                OM_WORLD_SETTLE_TIME) >= 0);
     assert_true(om_world_reset(g->world) >= 0);
     g->rest = malloc(om_body_state_size(g->twin));
     om_body_save(g->twin, g->rest);
     g->planner = make_planner(&g->scene);
+}
+
+static inline void rig_create_as(Rig* g, OmScene scene, OmSiteRole role, int nworker) {
+    rig_create_apart(g, scene, &scene, role, 1, nworker);
 }
 
 static inline void rig_create_with(Rig* g, OmScene scene, int nworker) {

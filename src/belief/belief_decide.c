@@ -34,7 +34,7 @@ Conduct om__warning_conduct(Warning w, double time) {
     return (Conduct){
         .rate = w.state >= 1 ? 0.5 : 1.0,
         .stops = w.state >= 2,
-        .calls_a_person = w.state == 3 && !w.is_overruled && time - w.state3_begin >= STATE_3_TIME,
+        .calls_a_person = om__warning_is_stopped(&w) && time - w.state3_begin >= STATE_3_TIME,
     };
 }
 
@@ -72,7 +72,7 @@ AfterStep om__belief_after(const AfterEvidence* e, AfterStep done) {
 // ---- learning ---------------------------------------------------------------------------------------------------
 
 WaitStep om__belief_wait(const WaitEvidence* e) {
-    if (e->state == 3 && !e->is_overruled) return WAIT_STAY;
+    if (e->is_stopped) return WAIT_STAY;
     if (e->waited < LEARN_LIMIT && (e->is_changing || e->is_answering)) return WAIT_STAY;
     return e->state >= 2 ? WAIT_RELEASE : WAIT_GO;
 }

@@ -76,6 +76,11 @@ typedef struct FrameEvidence {
     bool is_acting;   // it is under way, or what it exposed is verified
 } FrameEvidence;
 
+// The arms wait: a person is called, or the state falls.
+static inline bool om__warning_is_stopped(const Warning* w) {
+    return w->state == 3 && !w->is_overruled;
+}
+
 Warning om__warning_next(const OmSceneMonitor* settings, Warning was, const FrameEvidence* e);
 // The same where the state is known: of a fold that has come to rest.
 Warning om__warning_settle(Warning was, double time);
@@ -109,7 +114,7 @@ typedef enum WaitStep { WAIT_GO, WAIT_STAY, WAIT_RELEASE } WaitStep;
 
 typedef struct WaitEvidence {
     int state;
-    bool is_overruled;
+    bool is_stopped;    // om__warning_is_stopped
     double waited;      // s
     bool is_changing;   // the view of the ROI
     bool is_answering;  // an estimate is due, runs, is adopted, or its effect is awaited

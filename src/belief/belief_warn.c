@@ -207,9 +207,9 @@ void om__warn_give_up(Belief* belief) {
 bool om__warn_is_learning(Belief* belief) {
     const OmUpdater* u = belief->updater;
     const bool is_busy = has_estimator(belief) && (u->job || u->is_due);
-    const bool is_stopped = belief->warn.state == 3 && !belief->warn.is_overruled;
+    const bool is_stopped = om__warning_is_stopped(&belief->warn);
     const WaitEvidence e = {.state = belief->warn.state,
-                            .is_overruled = belief->warn.is_overruled,
+                            .is_stopped = is_stopped,
                             .waited = belief->act->time - belief->learn_begin,
                             .is_changing = !is_stopped && is_view_changing(belief),
                             .is_answering = is_busy ||

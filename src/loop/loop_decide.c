@@ -370,8 +370,7 @@ static OmStatus check_learning(OmLoop* loop, bool* needs_tick) {
 
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     // nothing is learnt in state 3
-    if (loop->belief.warn.state == 3 && !loop->belief.warn.is_overruled)
-        loop->belief.look_begin = loop->act.time;
+    if (om__warning_is_stopped(&loop->belief.warn)) loop->belief.look_begin = loop->act.time;
     OM_TRY(om__look_take(&loop->belief, needs_tick));
     if (*needs_tick) return OM_OK;
     take_step(loop, next_step(loop, AFTER_LOOK), loop->act.time, needs_tick);

@@ -62,16 +62,22 @@ static void test_the_other_tool_is_in_the_way(void** state) {
     rig_destroy(&g);
 }
 
+// A loop after its first tick, and what it saw of the arms.
+static OmLoop* begin(Rig* g, OmObservation* obs) {
+    rig_create(g, object_scene());
+    rig_start(g);
+    OmLoop* loop = make_loop(g, NULL);
+    assert_ok(om_loop_tick(loop));
+    assert_ok(om_world_observe(g->world, 0, obs));
+    return loop;
+}
+
 // Against points on the capsules; away from the other tool every motion is allowed.
 static void test_gap(void** state) {
     (void)state;
     Rig g;
-    rig_create(&g, object_scene());
-    rig_start(&g);
-    OmLoop* loop = make_loop(&g, NULL);
     OmObservation obs = {0};
-    assert_ok(om_loop_tick(loop));
-    assert_ok(om_world_observe(g.world, 0, &obs));
+    OmLoop* loop = begin(&g, &obs);
     const OmVec3 a = obs.arm[0].tip.p, b = obs.arm[1].tip.p;
     const double parked = sampled_gap(g.world, &obs);
     assert_true(parked > 0.02);
@@ -100,12 +106,8 @@ static void test_gap(void** state) {
 static void test_the_whole_way_counts(void** state) {
     (void)state;
     Rig g;
-    rig_create(&g, object_scene());
-    rig_start(&g);
-    OmLoop* loop = make_loop(&g, NULL);
     OmObservation obs = {0};
-    assert_ok(om_loop_tick(loop));
-    assert_ok(om_world_observe(g.world, 0, &obs));
+    OmLoop* loop = begin(&g, &obs);
     const OmPsm* psm = om_world_psm(g.world, 0);
     const OmVec3 b = obs.arm[1].tip.p, to_b = om_normalize(om_sub(b, obs.arm[0].tip.p));
     const OmVec3 up = om_quat_rotate(g.world_site.pose_world_task.q, om_vec3(0, 0, 1));

@@ -203,9 +203,9 @@ static void waiting_ends(void** state) {
         WaitEvidence e;
         WaitStep step;
     } row[] = {
-        {{.state = 3, .waited = 100}, WAIT_STAY},
-        {{.state = 3, .is_overruled = true}, WAIT_RELEASE},
-        {{.state = 3, .is_overruled = true, .is_changing = true}, WAIT_STAY},
+        {{.state = 3, .is_stopped = true, .waited = 100}, WAIT_STAY},
+        {{.state = 3}, WAIT_RELEASE},
+        {{.state = 3, .is_changing = true}, WAIT_STAY},
         {{.state = 1, .is_changing = true}, WAIT_STAY},
         {{.state = 1, .is_answering = true}, WAIT_STAY},
         {{.state = 1, .is_answering = true, .waited = LEARN_LIMIT}, WAIT_GO},

@@ -42,16 +42,7 @@ static void rig_create_same(Rig* g, const Truth* t) {
     truth = scene;
     truth.tissue.friction = t->friction;
     if (t->is_wrong) scene.believed.kind = OM_BELIEF_NONE;
-    *g = (Rig){.scene = scene};
-    assert_ok(om_site_build(&g->scene, OM_SITE_TWIN, NULL, &g->twin_site));
-    assert_ok(om_site_build(&truth, OM_SITE_TWIN, NULL, &g->world_site));
-    g->world_site.young *= t->young;
-    assert_ok(om_body_create(&g->scene, &g->twin_site, 1, &g->twin));
-    assert_ok(om_world_create_simulated(&truth, &g->world_site, 1, &g->world));
-    assert_true(om_body_settle(g->twin, scene.task.time_step, OM_WORLD_SETTLE_SPEED,
-                               OM_WORLD_SETTLE_TIME) >= 0);
-    assert_true(om_world_reset(g->world) >= 0);
-    g->planner = make_planner(&g->scene);
+    rig_create_apart(g, scene, &truth, OM_SITE_TWIN, t->young, 1);
 }
 
 static OmRetractResult run(const Truth* t) {
