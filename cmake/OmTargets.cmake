@@ -36,9 +36,9 @@ function(om_finish_library)
     target_include_directories(omentum_objects SYSTEM PRIVATE
         ${CHOLMOD_INCLUDE} ${ARPACK_INCLUDE} ${EMBREE_INCLUDE} ${HDF5_INCLUDE} ${DNNL_INCLUDE} ${PNG_INCLUDE_DIRS} ${ZLIB_INCLUDE_DIRS})
     target_include_directories(omentum_objects PRIVATE ${PROJECT_SOURCE_DIR}/src)
-    target_link_libraries(omentum_objects PRIVATE om_flags PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON)
+    target_link_libraries(omentum_objects PRIVATE om_flags PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS)
     set(libs ${CHOLMOD_LIBRARY} ${UMFPACK_LIBRARY} ${ARPACK_LIBRARY} ${OPENBLAS_LIBRARY} ${EMBREE_LIBRARY} ${CLINGO_LIBRARY} ${HDF5_LIBRARY} ${DNNL_LIBRARY}
-        PNG::PNG ZLIB::ZLIB PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON Threads::Threads m)
+        PNG::PNG ZLIB::ZLIB PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS Threads::Threads m)
     if(OM_WITH_OPENMP)
         list(APPEND libs OpenMP::OpenMP_C)
     endif()

@@ -97,7 +97,7 @@ static OmStatus parts_build(const OmScene* scene, const OmLoopListener* listener
 int main(void) {
     OmScene scene = om_scene_default();
     scene.seed = 2;
-    scene.tissue.cells = om_vec3(9, 9, 1);  // smaller than by default: some seconds
+    scene.tissue.cells = om_vec3(6, 6, 1);  // smaller than by default: a second
     int naction = 0;
     OmLoopListener listener = {.ctx = &naction,
                                .on_plan = on_plan,

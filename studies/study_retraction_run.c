@@ -20,9 +20,9 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 21
-#define METHOD_FRAS 7
-#define METHOD_SEARCH 3
+#define METHOD 22
+#define METHOD_FRAS 8
+#define METHOD_SEARCH 4
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -30,7 +30,7 @@
 #define FIRST_GRASPS 5
 #define MAX_WORKER 64
 // Processor times for the estimate, s; a coarse sheet takes 0.15 of them.
-#define SECONDS_PREPLAN 200  // 864 quadratic elements: 27,000 steps
+#define SECONDS_PREPLAN 100  // 384 quadratic elements: 16,000 steps
 #define SECONDS_OPEN 8
 #define SECONDS_DEFRAS 60
 #define SECONDS_FRAS 8

@@ -26,7 +26,7 @@ FLOORS = [
     ["tissue", "fem", "pbd", "heuristic", "robot", "nn", "report"],
     ["contact", "sense", "scan"],
     ["scene", "world"],
-    ["match", "umesh", "calibrate", "plan"],
+    ["match", "umesh", "calibrate", "plan", "view"],
     ["banet", "act"],
     ["belief", "rl"],
     ["trial"],
@@ -34,7 +34,7 @@ FLOORS = [
     ["record"],
     ["retract"],
     ["studies"],
-    ["cli", "view"],
+    ["cli"],
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 
@@ -241,7 +241,7 @@ class Tree:
             if FLOOR.get(below, 0) > FLOOR.get(above, 99):
                 self.error(path, 0, f"OM_ROOMS has {below} before {above}, which is on a lower floor")
         for folder in sorted(p for p in (self.root / "src").iterdir() if p.is_dir()):
-            if folder.name not in rooms + ["cli", "view"]:
+            if folder.name not in rooms + ["cli"]:
                 self.error(folder, 0, "this room is not in OM_ROOMS")
 
     def check_everything_header(self):

@@ -92,6 +92,8 @@
 #include "omentum/umesh.h"
 #include "omentum/umesh_net.h"
 #include "omentum/vec.h"
+#include "omentum/view.h"
+#include "omentum/view_server.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
 #include "omentum/world_log.h"

@@ -32,6 +32,7 @@ typedef struct OmRetractDef {
     // om_loop_command. An error ends the run. Default null.
     OmStatus (*supervise)(void* ctx, OmLoop* loop);
     void* supervise_ctx;
+    struct OmViewServer* server;  // publishes the run (view_server.h); borrowed; default null
     OmMotionLaw law;      // OmLoopDef.law; not with records_observations; default: straight lines
     bool has_both_arms;   // OmPlannerDef.has_both_arms; default false
     bool needs_approval;  // each plan waits for the person; default false

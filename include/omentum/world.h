@@ -160,6 +160,8 @@ OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 ///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
+/// The endoscope of a scene: intrinsics, and its pose at a site.
+OM_API OmCamera om_world_endoscope(const OmScene* scene, const OmSite* site);
 /// The endoscope's view of the ROI over fixed anatomy and tissue, without tools: for trials of motions on a body alone.
 typedef struct OmView OmView;
 /// @param site  borrowed until destroy

@@ -154,7 +154,7 @@ extern const OmCliVerb om_cli_verb_banet_eval, om_cli_verb_banet_generate, om_cl
     om_cli_verb_study_learning, om_cli_verb_study_attachments, om_cli_verb_study_methods,
     om_cli_verb_study_retraction, om_cli_verb_study_sheet, om_cli_verb_study_trust,
     om_cli_verb_umesh_eval, om_cli_verb_umesh_generate, om_cli_verb_umesh_predict,
-    om_cli_verb_umesh_train, om_cli_verb_update;
+    om_cli_verb_umesh_train, om_cli_verb_update, om_cli_verb_view;
 int om_cli_banet_eval(int argc, char** argv);
 int om_cli_banet_generate(int argc, char** argv);
 int om_cli_banet_train(int argc, char** argv);

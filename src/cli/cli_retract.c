@@ -7,7 +7,7 @@
 #include "omentum/umesh_net.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
+    {"--output", "-o", "DIR", "folder for report.html, view.html, run.json, run.vtkhdf and frames"},
     {"--data", NULL, "DIR", "folder that the scene's file names are relative to",
      "the scene's folder"},
     {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
@@ -161,7 +161,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "on nothing\n",
             r->effort.nmeasured, 1e3 * r->effort.measured_off, r->effort.nempty);
     print_updates(r);
-    if (dir) printf("  report: %s/report.html\n", dir);
+    if (dir) printf("  report: %s/report.html; in three dimensions: %s/view.html\n", dir, dir);
     om_cli_figure("layout", scene->seed);
     om_cli_figure("visibility_start", r->visibility_start);
     om_cli_figure("visibility_end", r->visibility_end);
@@ -329,7 +329,10 @@ static OmStatus read_settings(const OmCliArgs* args, bool needs_folder, OmCliRet
     s->person.is_paced = get(args, "--real-time") != NULL;
     s->needs_approval = get(args, "--approve") != NULL;
     s->has_both_arms = get(args, "--both-arms") != NULL;
-    OM_CHECK(s->person.reads || !s->needs_approval, OM_INVALID, "--approve needs --supervise");
+    const bool has_person =
+        om_cli_find_option(args->option, args->noption, "--supervise", 11) != NULL;
+    OM_CHECK(s->person.reads || !s->needs_approval || !has_person, OM_INVALID,
+             "--approve needs --supervise");
     s->records_observations = get(args, "--record") != NULL;
     s->first = 1;
     s->nlayout = 17;

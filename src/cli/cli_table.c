@@ -80,6 +80,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_umesh_predict,
     &om_cli_verb_umesh_train,
     &om_cli_verb_update,
+    &om_cli_verb_view,
 };
 enum { NVERB = sizeof table / sizeof *table };
 

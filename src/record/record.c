@@ -1,4 +1,4 @@
-// record.c: a listener that writes the record of a loop: run.vtkhdf, frames, run.json, report.html.
+// record.c: a listener that writes the record of a loop: run.vtkhdf, view.html, frames, run.json, report.html.
 //
 // All files are written under a temporary name, which becomes DIR when the loop has ended: a loop that fails leaves
 // nothing, and an older DIR stays until the new one is complete. A loop that is aborted or cancelled keeps its record
@@ -11,7 +11,7 @@
 #include "omentum/shape_tet10.h"
 #include "record/record_internal.h"
 
-#define RECORD_EVERY 5  // ticks between steps of the recording
+#define RECORD_EVERY 5  // ticks between steps of the recording, and of the page
 
 #define RECORD_COOKIE 0x2ec02de
 
@@ -188,6 +188,7 @@ OmStatus om_recorder_create(const OmRecorderDef* def, OmRecorder** recorder) {
         OM_TRY_DONE(mark_mesh(rec->shown, def->scene->roi.radius, &marked));
         OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
         OM_TRY_DONE(begin_recording(rec, &marked, path));
+        OM_TRY_DONE(om__record_view_begin(rec));
     }
     *recorder = rec;
     rec = NULL;
@@ -203,6 +204,7 @@ void om_recorder_destroy(OmRecorder* rec) {
     om_anatomy_destroy(rec->anatomy);
     om__record_contact_done(&rec->contact);
     om__record_belief_done(&rec->path);
+    om__record_view_done(rec);
     om_folder_end(&rec->folder);
     for (int i = 0; i < rec->nframe; ++i) {
         om_picture_done(&rec->frame[i].picture);
@@ -226,6 +228,7 @@ static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* no
     if (rec->path.n == 0) OM_TRY(om__record_belief(rec, 0, om_body_attached(rec->def.twin)));
     OM_TRY(om__record_contact(rec, now));
     if (!rec->recording || (om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
+    OM_TRY(om__record_view_frame(rec, now));
     const size_t n = 3 * (size_t)rec->nvert;
     get_positions(rec, rec->x);
     if (!rec->has_begun) memcpy(rec->x_begin, rec->x, n * sizeof *rec->x);
@@ -506,6 +509,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
     rec->recording = NULL;
     if (recording) OM_TRY(om_recording_end(recording));
     OM_TRY(write_json(rec, result));
+    OM_TRY(om__record_view_end(rec));
     OM_TRY(om__report_write(rec, result));
     bool is_part = result->outcome == OM_RETRACT_CANCELLED || result->outcome == OM_RETRACT_ABORTED;
     return is_part ? om_folder_commit_beside(&rec->folder) : om_folder_commit(&rec->folder);

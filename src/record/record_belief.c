@@ -55,6 +55,7 @@ OmStatus om__record_belief(OmRecorder* rec, double time, const unsigned char* at
     const BeliefPoint* last = b->n > 0 ? &b->point[b->n - 1] : NULL;
     const bool is_same = last && last->share == p.share && (last->dice == p.dice || !b->is_true);
     if (is_same) return OM_OK;
+    if (last) OM_TRY(om__record_view_belief(rec, attached));
     OM_GROW(b->point, b->n, b->capacity, 16);
     b->point[b->n++] = p;
     return OM_OK;

@@ -7,6 +7,7 @@
 #include "omentum/record.h"
 #include "omentum/report.h"
 #include "omentum/shape_tet10.h"
+#include "omentum/view.h"
 
 typedef struct Frame {
     OmPicture picture;
@@ -51,6 +52,9 @@ struct OmRecorder {
     OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
     ContactRecord contact;
     BeliefPath path;
+    OmView3d* view;  // null: no page is written
+    OmViewPage page;
+    int nview, view_every;  // frames so far, of which one in view_every is kept
     int nplan;
     OmText plans;                 // every plan and its reasons, as text
     const struct OmAudit* audit;  // its sentences go into the report; null: none
@@ -70,6 +74,13 @@ void om__record_belief_json(const OmRecorder* rec, OmJson* json);
 /// Its chart; nothing where nothing was learnt.
 OmStatus om__report_add_belief(OmReport* report, const OmRecorder* rec,
                                const OmRetractResult* result);
+/// The page that plays the run: its scene, a frame of ten in a second, a change of the twin's attachments (nvert), the
+/// file. Without om__record_view_begin the others do nothing.
+OmStatus om__record_view_begin(OmRecorder* rec);
+OmStatus om__record_view_frame(OmRecorder* rec, const OmRetractSample* now);
+OmStatus om__record_view_belief(OmRecorder* rec, const unsigned char* attached);
+OmStatus om__record_view_end(OmRecorder* rec);
+void om__record_view_done(OmRecorder* rec);
 /// Keep contact of the truth's tissue with an organ if the pull is the largest so far.
 OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now);
 void om__record_contact_done(ContactRecord* contact);

@@ -260,6 +260,10 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     OmReport report;
     om_report_begin(&report, "Tissue retraction", subtitle);
     om_report_verdict(&report, r->reason, r->is_exposed);
+    if (rec->view) {
+        const char *text = "in three dimensions, with every decision", *href = "view.html";
+        om_report_links(&report, "Watch the run: ", &text, &href, 1);
+    }
     add_start(&report, r);
     add_facts(&report, r);
     om_report_heading(&report, "What the endoscope saw");

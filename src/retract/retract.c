@@ -8,8 +8,10 @@
 #include "omentum/world_log.h"
 #include "retract/retract_belief.h"
 #include "retract/retract_journal.h"
+#include "retract/retract_view.h"
 
 #define RETRACT_COOKIE 0x0de78a5
+enum { MAX_LISTENER = 5 };  // audit, log, recorder, and of a view two
 
 OmRetractDef om_retract_default_def(const OmScene* scene) {
     return (OmRetractDef){
@@ -36,6 +38,7 @@ typedef struct Setup {
     OmPlanner* planner;
     OmRecorder* recorder;  // null: nothing is written
     Journal* journal;      // null: neither written nor replayed
+    RunView* view;         // null: no page watches
     OmMatch* match;        // of the job of the updater; null: nothing is estimated
     OmBanetNet* net;       // null: the scene names none
     OmBanetUpdater* banet;
@@ -57,6 +60,7 @@ static void setup_done(Setup* s) {
     om_banet_net_destroy(s->net);
     om_match_destroy(s->match);
     om__journal_destroy(s->journal);
+    om__run_view_destroy(s->view);
     om_recorder_destroy(s->recorder);
     om_world_destroy(s->world);
     om_body_destroy(s->twin);
@@ -158,10 +162,19 @@ static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Set
     return om_updater_create(&update, &s->updater);
 }
 
+static OmStatus build_view(const OmRetractDef* def, Setup* s, OmLoopDef* loop,
+                           OmLoopListener* listener) {
+    if (!def->server) return OM_OK;
+    OM_TRY(om__run_view_create(def->server, def->scene, s->world, s->twin, s->planner, &s->view));
+    loop->nlistener += om__run_view_listeners(s->view, listener + loop->nlistener);
+    loop->listener = listener;
+    return OM_OK;
+}
+
 // The recorder, the audit and the log; a replay has the audit alone.
 static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, Setup* s,
-                                OmLoopDef* loop, OmLoopListener listener[3]) {
-    if (!def->out_dir && !replay) return OM_OK;
+                                OmLoopDef* loop, OmLoopListener listener[MAX_LISTENER]) {
+    if (!def->out_dir && !replay) return build_view(def, s, loop, listener);
     if (!replay) {
         OmRecorderDef rec =
             om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
@@ -177,7 +190,7 @@ static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, S
     loop->nlistener = om__journal_listeners(s->journal, listener);
     if (s->recorder) listener[loop->nlistener++] = om_recorder_listener(s->recorder);
     loop->listener = listener;
-    return OM_OK;
+    return build_view(def, s, loop, listener);
 }
 
 static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
@@ -186,7 +199,7 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     bool is_settled = false;
     OM_TRY(build(def, replay, progress, s, &is_settled));
     OmLoopDef loop = om_loop_default_def(&def->scene->task, s->world, s->twin, s->planner);
-    OmLoopListener listener[3];
+    OmLoopListener listener[MAX_LISTENER];
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
     loop.nadded = s->nadded;

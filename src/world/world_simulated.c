@@ -236,7 +236,7 @@ static OmStatus build_sense(SimWorld* w) {
     for (int a = 0; a < w->head.narm; ++a) {
         OM_TRY(add_tool(w->sense, &w->tool[a]));
     }
-    w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
+    w->endoscope = om_world_endoscope(w->scene, site);
     w->rgbd = om__world_camera(site, &w->scene->rgbd, 1);
     OM_TRY(om_camera_check(&w->endoscope));
     OM_TRY(om_camera_check(&w->rgbd));

@@ -14,6 +14,10 @@ OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double sid
     return om_scene_camera_place(c, om_pose_look_at(eye_w, target, up));
 }
 
+OmCamera om_world_endoscope(const OmScene* scene, const OmSite* site) {
+    return om__world_camera(site, &scene->endoscope, -1);
+}
+
 // The board under the tissue, slightly below the ROI that is drawn on it.
 static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
     OmSurface board = {0};
@@ -64,7 +68,7 @@ struct OmView {
 };
 
 OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view) {
-    OmCamera camera = om__world_camera(site, &scene->endoscope, -1);
+    OmCamera camera = om_world_endoscope(scene, site);
     return om__view_create(&camera, site, view);
 }
 
@@ -73,7 +77,7 @@ static OmStatus create_view(const OmCamera* camera, const OmSite* site, const Om
 
 OmStatus om_view_create_of_body(const OmScene* scene, const OmBody* body, OmView** view) {
     const OmSite* site = om_body_site(body);
-    OmCamera camera = om__world_camera(site, &scene->endoscope, -1);
+    OmCamera camera = om_world_endoscope(scene, site);
     OM_TRY(create_view(&camera, site, om_body_mesh(body), view));
     OmStatus status = om_anatomy_create(body, &(*view)->anatomy);
     if (status < 0) {

@@ -324,7 +324,7 @@ static void test_roi_in_view_at_the_start(void** state) {
 
 static void test_output_is_whole(void** state) {
     (void)state;
-    static const char* const file[] = {"report.html", "run.json", "run.vtkhdf", "frames/000.png"};
+    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf", "frames/000.png"};
     char dir[] = "/tmp/om_retract_XXXXXX", out[64], path[128];
     assert_non_null(mkdtemp(dir));
     snprintf(out, sizeof out, "%s/run", dir);
@@ -333,7 +333,7 @@ static void test_output_is_whole(void** state) {
     for (int k = 0; k < 2; ++k) {  // the second run replaces the first
         run(&scene, 1, out, &r);
         om_retract_result_done(&r);
-        for (int i = 0; i < 4; ++i) {
+        for (int i = 0; i < 5; ++i) {
             snprintf(path, sizeof path, "%s/%s", out, file[i]);
             assert_true(om_path_exists(path));
         }
@@ -352,7 +352,7 @@ static bool cancel_soon(void* ctx, const char* stage, double done, double total)
 // The record so far is kept; what stands in the place stays, and the record gets a name beside it.
 static void test_cancelling_keeps_the_record(void** state) {
     (void)state;
-    static const char* const file[] = {"report.html", "run.json", "run.vtkhdf", "frames/000.png"};
+    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf", "frames/000.png"};
     char dir[] = "/tmp/om_retract_XXXXXX", out[64];
     assert_non_null(mkdtemp(dir));
     snprintf(out, sizeof out, "%s/run", dir);
@@ -372,7 +372,7 @@ static void test_cancelling_keeps_the_record(void** state) {
         char kept[128], path[160];
         snprintf(kept, sizeof kept, "%s", place + strlen("the record so far is in "));
         assert_true((strcmp(kept, out) == 0) == (k == 0));
-        for (int i = 0; i < 4; ++i) {
+        for (int i = 0; i < 5; ++i) {
             snprintf(path, sizeof path, "%s/%s", kept, file[i]);
             assert_true(om_path_exists(path));
         }

@@ -1,0 +1,843 @@
+// page.js: draws the messages of omentum/view.h, and plays a recording of them.
+'use strict';
+
+const $ = (id) => document.getElementById(id);
+const COLORS = { tissue: 0xe8c27a, organ: 0x9c3b3f, region: 0xd94fc2, tool: 0xb8c4cf };
+const LANES = [
+  { key: 'visibility', name: 'seen', unit: '%', scale: 100, digits: 0, color: '#56b4e9', least: 100 },
+  { key: 'force', name: 'force', unit: 'N', scale: 1, digits: 2, color: '#e69f00', least: 0.1, also: 'forceTrue' },
+  { key: 'mu', name: 'mu', unit: 'mm', scale: 1000, digits: 1, color: '#e58fc0', least: 2 },
+];
+const WARNINGS = ['no warning', 'warning 1: the tissue is not where the twin has it', 'warning 2: slow, the twin is wrong',
+  'warning 3: stop'];
+
+// ---- messages -------------------------------------------------------------------------------------------------
+
+const newLog = () => ({ scene: null, frames: [], points: [[], []], ofPart: [], last: [] });
+
+// A recording: the scene, its frames, and attachments, in the order of time.
+function readMessages(buffer) {
+  const view = new DataView(buffer), log = newLog();
+  for (let at = 0; at + 8 <= buffer.byteLength;) {
+    const size = view.getUint32(at, true), begin = at + 4;
+    if (begin + size > buffer.byteLength) break;
+    readMessage(log, buffer, view, begin);
+    at = begin + size;
+  }
+  return log;
+}
+
+function readMessage(log, buffer, view, begin) {
+  const kind = view.getUint32(begin, true);
+  if (kind === 1) log.scene = readScene(buffer, view, begin);
+  if (kind === 2 || kind === 4) readFrame(log, buffer, view, begin, kind === 4);
+  if (kind === 3) readPoints(log, buffer, view, begin);
+  return kind;
+}
+
+const padded = (begin, at) => at + (4 - (at - begin) % 4) % 4;
+
+function readScene(buffer, view, begin) {
+  const length = view.getUint32(begin + 4, true);
+  const scene = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, begin + 8, length)));
+  let at = padded(begin, begin + 8 + length);
+  for (const part of scene.parts) {
+    part.x = new Float32Array(buffer.slice(at, at + 12 * part.nvert));
+    at += 12 * part.nvert;
+    part.tri = new Uint32Array(buffer.slice(at, at + 12 * part.ntri));
+    at += 12 * part.ntri;
+  }
+  return scene;
+}
+
+// Numbers of a frame, and of each part that moved its box, positions and stresses as they are sent.
+function readFrame(log, buffer, view, begin, isDifference) {
+  const f = (k) => view.getFloat32(begin + 16 + 4 * k, true), index = log.frames.length;
+  log.frames.push({ time: view.getFloat64(begin + 8, true), visibility: f(0), force: f(1), forceTrue: f(2), mu: f(3), height: f(4),
+    warning: view.getUint32(begin + 36, true) });
+  let at = begin + 44;
+  for (let n = view.getUint32(begin + 40, true); n > 0; --n) {
+    const part = view.getUint32(at, true), nvert = view.getUint32(at + 4, true);
+    const e = { index, box: new Float32Array(buffer.slice(at + 8, at + 32)), x: new Uint16Array(buffer, at + 32, 3 * nvert), stress: null,
+      stressMost: 0 };
+    at = padded(begin, at + 32 + 6 * nvert);
+    if (view.getUint32(at, true)) {
+      e.stressMost = view.getFloat32(at + 4, true);
+      e.stress = new Uint8Array(buffer, at + 8, nvert);
+      at = padded(begin, at + 8 + nvert);
+    } else {
+      at += 4;
+    }
+    if (isDifference) addLast(e, log.last[part]);
+    log.last[part] = e;
+    (log.ofPart[part] ??= []).push(e);
+  }
+}
+
+// From differences to numbers, in place: they wrap around.
+function addLast(e, last) {
+  if (!last || e.box.some((value, k) => value !== last.box[k])) return;
+  for (let i = 0; i < e.x.length; ++i) e.x[i] += last.x[i];
+  for (let i = 0; e.stress && i < e.stress.length; ++i) e.stress[i] += last.stress[i];
+}
+
+function readPoints(log, buffer, view, begin) {
+  const n = view.getUint32(begin + 8, true), at = begin + 12;
+  log.points[view.getUint32(begin + 4, true)].push({ index: log.frames.length, x: new Float32Array(buffer.slice(at, at + 12 * n)) });
+}
+
+// The last entry at or before a frame.
+function lastBefore(list, index) {
+  let lo = 0, hi = list ? list.length : 0;
+  while (lo < hi) {
+    const mid = (lo + hi) >> 1;
+    if (list[mid].index <= index) lo = mid + 1; else hi = mid;
+  }
+  return lo > 0 ? list[lo - 1] : null;
+}
+
+// ---- drawing --------------------------------------------------------------------------------------------------
+
+// Dark blue to yellow, also for colour-blind eyes, as a palette of 256 steps.
+const PALETTE = (() => {
+  const stops = [[0.05, 0.13, 0.36], [0.2, 0.36, 0.6], [0.45, 0.6, 0.62], [0.8, 0.75, 0.45], [1, 0.9, 0.2]], out = [];
+  for (let i = 0; i < 256; ++i) {
+    const s = i / 255 * (stops.length - 1), k = Math.min(Math.floor(s), stops.length - 2);
+    out.push(stops[k].map((c, j) => c + (s - k) * (stops[k + 1][j] - c)));
+  }
+  return out;
+})();
+
+class Stage {
+  constructor(canvas, scene) {
+    this.scene = scene;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.localClippingEnabled = true;
+    this.world = new THREE.Scene();
+    this.world.background = new THREE.Color(0x14181d);
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.001, 10);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.draw());
+    this.cut = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 1e3);
+    this.addLights();
+    this.parts = scene.parts.map((p) => this.addPart(p));
+    if (scene.task.has_ground) this.addGround();
+    this.dots = [this.addDots(0x56b4e9, 0.0035), this.addDots(0xf0e442, 0.0025)];
+    this.dots[1].visible = false;
+    this.color = 'plain';
+    this.look('near');
+  }
+
+  addLights() {
+    this.world.add(new THREE.HemisphereLight(0xffffff, 0x554444, 1.6));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(-0.3, -0.4, 1);
+    this.world.add(sun);
+  }
+
+  addPart(part) {
+    const geometry = new THREE.BufferGeometry(), isTissue = part.kind === 'tissue';
+    geometry.setAttribute('position', new THREE.BufferAttribute(part.x.slice(), 3).setUsage(THREE.DynamicDrawUsage));
+    geometry.setIndex(new THREE.BufferAttribute(part.tri, 1));
+    if (isTissue) geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(3 * part.nvert).fill(1), 3));
+    geometry.computeVertexNormals();
+    const material = new THREE.MeshStandardMaterial({ color: COLORS[part.kind], roughness: part.kind === 'tool' ? 0.35 : 0.6,
+      metalness: part.kind === 'tool' ? 0.6 : 0, side: THREE.DoubleSide, flatShading: part.kind === 'tool',
+      clippingPlanes: part.kind === 'tool' ? [] : [this.cut], vertexColors: isTissue });
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.frustumCulled = false;
+    this.world.add(mesh);
+    return { ...part, mesh, stress: null, stressMost: 0 };
+  }
+
+  addGround() {
+    const half = this.scene.task.half_size, size = 4 * Math.max(half[0], half[1]);
+    const grid = new THREE.GridHelper(size, Math.round(size / 0.02), 0x3d4854, 0x28303a);
+    grid.rotation.x = Math.PI / 2;
+    const group = new THREE.Group();
+    group.add(grid);
+    group.position.fromArray(this.scene.task.position);
+    group.quaternion.fromArray(this.scene.task.quaternion);
+    this.world.add(group);
+    this.ground = group;
+  }
+
+  addDots(color, size) {
+    const disc = Object.assign(document.createElement('canvas'), { width: 32, height: 32 }), g = disc.getContext('2d');
+    g.fillStyle = '#fff';
+    g.arc(16, 16, 14, 0, 7);
+    g.fill();
+    const dots = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color, size, depthTest: false,
+      transparent: true, opacity: 0.85, map: new THREE.CanvasTexture(disc) }));
+    dots.frustumCulled = false;
+    dots.renderOrder = 2;
+    this.world.add(dots);
+    return dots;
+  }
+
+  setDots(kind, x) {
+    this.dots[kind].geometry.dispose();
+    this.dots[kind].geometry = new THREE.BufferGeometry();
+    this.dots[kind].geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
+  }
+
+  // A direction of the task frame as one of the world.
+  turned(x, y, z) {
+    const q = this.scene.task.quaternion, v = new THREE.Vector3(x, y, z);
+    const u = new THREE.Vector3(q[0], q[1], q[2]), t = u.clone().cross(v).multiplyScalar(2);
+    return v.addScaledVector(t, q[3]).add(u.clone().cross(t));
+  }
+
+  look(name) {
+    const { task, endoscope } = this.scene, r = 2.1 * Math.max(task.half_size[0], task.half_size[1]) + 0.05;
+    const middle = new THREE.Vector3().fromArray(task.position).add(this.turned(0, 0, task.half_size[2]));
+    const from = { near: [-0.75, -0.75, 0.65], above: [0, -0.01, 1.35], side: [0, -1.3, 0.12] }[name];
+    this.camera.fov = 40;
+    this.controls.target.copy(middle);
+    if (name === 'endoscope') {
+      this.camera.fov = endoscope.fov_y_deg;
+      this.camera.position.fromArray(endoscope.position);
+    } else {
+      this.camera.position.copy(middle).add(this.turned(...from).multiplyScalar(r * 1.25));
+    }
+    this.camera.up.copy(this.turned(0, 0, 1));
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+
+  resize(width, height) {
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(height, 1);
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  // A part as a frame has it.
+  movePart(part, e) {
+    const p = this.parts[part], x = p.mesh.geometry.attributes.position;
+    for (let i = 0; i < e.x.length; ++i) x.array[i] = e.box[i % 3] + e.box[3 + i % 3] * e.x[i] / 65535;
+    x.needsUpdate = true;
+    p.mesh.geometry.computeVertexNormals();
+    p.stress = e.stress;
+    p.stressMost = e.stressMost;
+  }
+
+  paint() {
+    const p = this.parts[0], color = p.mesh.geometry.attributes.color, x = p.mesh.geometry.attributes.position.array;
+    let most = 0, value = () => 0;
+    if (this.color === 'displacement') {
+      const d = new Float32Array(p.nvert);
+      for (let i = 0; i < p.nvert; ++i) {
+        d[i] = Math.hypot(x[3 * i] - p.x[3 * i], x[3 * i + 1] - p.x[3 * i + 1], x[3 * i + 2] - p.x[3 * i + 2]);
+        most = Math.max(most, d[i]);
+      }
+      value = (i) => d[i] / (most || 1);
+    } else if (this.color === 'stress' && p.stress) {
+      most = p.stressMost;
+      value = (i) => p.stress[i] / 255;
+    }
+    p.mesh.material.color.set(this.color === 'plain' ? COLORS.tissue : 0xffffff);
+    for (let i = 0; i < p.nvert; ++i) {
+      const c = this.color === 'plain' ? [1, 1, 1] : PALETTE[Math.round(255 * value(i))];
+      color.setXYZ(i, c[0], c[1], c[2]);
+    }
+    color.needsUpdate = true;
+    return most;
+  }
+
+  setCut(share) {
+    const half = this.scene.task.half_size[0], way = this.turned(-1, 0, 0);
+    const place = new THREE.Vector3().fromArray(this.scene.task.position).addScaledVector(way, -(2 * share - 1) * half * 1.05);
+    if (share >= 1) this.cut.constant = 1e3;
+    else this.cut.setFromNormalAndCoplanarPoint(way, place);
+    this.draw();
+  }
+
+  draw() { this.renderer.render(this.world, this.camera); }
+}
+
+// ---- numbers --------------------------------------------------------------------------------------------------
+
+const text = (value, lane) => Number.isFinite(value) ? (value * lane.scale).toFixed(lane.digits).replace(/^-(0\.?0*)$/, '$1') + ' ' + lane.unit : '-';
+
+class Chart {
+  constructor(canvas, log) {
+    this.canvas = canvas;
+    this.log = log;
+    this.most = LANES.map((lane) => lane.least);
+    this.lanes = [0, 1, 2];  // that are drawn
+    this.nseen = 0;
+  }
+
+  // The largest of each lane, so far.
+  grow() {
+    for (; this.nseen < this.log.frames.length; ++this.nseen) {
+      const f = this.log.frames[this.nseen];
+      LANES.forEach((l, k) => {
+        for (const key of [l.key, l.also]) if (key && f[key] * l.scale > this.most[k]) this.most[k] = f[key] * l.scale;
+      });
+    }
+  }
+
+  draw(time) {
+    const ratio = devicePixelRatio, w = this.canvas.clientWidth, h = this.canvas.clientHeight, g = this.canvas.getContext('2d');
+    this.canvas.width = w * ratio;
+    this.canvas.height = h * ratio;
+    g.scale(ratio, ratio);
+    g.font = '11px system-ui, sans-serif';
+    const frames = this.log.frames, end = frames[frames.length - 1].time || 1, lane = h / this.lanes.length;
+    this.grow();
+    this.lanes.forEach((which, k) => {
+      const l = LANES[which], most = this.most[which];
+      const y = (value) => (k + 1) * lane - 3 - (lane - 8) * value * l.scale / most;
+      g.strokeStyle = '#35404c';
+      g.strokeRect(0.5, k * lane + 0.5, w - 1, lane - 1);
+      for (const [key, alpha] of [[l.also, 0.4], [l.key, 1]]) if (key) this.line(g, frames, (f) => f.time / end * w, (f) => y(f[key]), l.color, alpha);
+      g.fillStyle = l.color;
+      g.fillText(`${l.name}, to ${most.toFixed(l.digits)} ${l.unit}`, 5, k * lane + 12);
+    });
+    g.fillStyle = '#ffffffcc';
+    g.fillRect(time / end * w - 0.75, 0, 1.5, h);
+  }
+
+  line(g, frames, x, y, color, alpha) {
+    g.strokeStyle = color;
+    g.globalAlpha = alpha;
+    g.lineWidth = 1.5;
+    g.beginPath();
+    let isOn = false;
+    for (const f of frames) {
+      const v = y(f);
+      if (Number.isFinite(v)) isOn ? g.lineTo(x(f), v) : g.moveTo(x(f), v);
+      isOn = Number.isFinite(v);
+    }
+    g.stroke();
+    g.globalAlpha = 1;
+  }
+}
+
+// ---- the story ------------------------------------------------------------------------------------------------
+
+// The lines of an audit that a person reads: time, words, and of a plan its reasons.
+function readLine(line) {
+  let e = null;
+  try { e = JSON.parse(line); } catch { return null; }
+  if (!e || !e.words || e.event === 'begin') return null;
+  return { time: e.time_s || 0, event: e.event, words: e.words, why: Array.isArray(e.reasons) ? e.reasons : [] };
+}
+
+const readStory = (lines) => lines.split('\n').map(readLine).filter((e) => e);
+
+function showStory(story, goTo) {
+  for (const e of story) {
+    const li = document.createElement('li'), time = document.createElement('time');
+    li.className = e.event;
+    li.tabIndex = 0;
+    time.textContent = e.time.toFixed(1) + ' s';
+    li.append(time, e.words);
+    if (e.why.length) {
+      const why = document.createElement('details'), head = document.createElement('summary');
+      head.textContent = 'why';
+      why.append(head);
+      for (const reason of e.why) why.append(Object.assign(document.createElement('p'), { textContent: typeof reason === 'string' ? reason : JSON.stringify(reason) }));
+      why.addEventListener('click', (event) => event.stopPropagation());
+      li.append(why);
+    }
+    li.addEventListener('click', () => goTo(e.time));
+    li.addEventListener('keydown', (event) => { if (event.key === 'Enter') goTo(e.time); });
+    e.li = li;
+    $('story').append(li);
+  }
+}
+
+// ---- the player -----------------------------------------------------------------------------------------------
+
+// What a recording and a live page share: the scene, its numbers, buttons.
+class Page {
+  constructor(log, story, pictures) {
+    this.log = log;
+    this.story = story;
+    this.pictures = pictures;
+    this.stage = new Stage($('canvas'), this.log.scene);
+    this.chart = new Chart($('chart'), this.log);
+    this.drawn = [];  // what is drawn of each part
+    this.time = 0;
+    showStory(story, (t) => this.goTo(t));
+    this.addButtons();
+    this.makeFacts();
+    new ResizeObserver(() => this.resize()).observe($('stage'));
+    this.resize();
+  }
+
+  goTo() {}
+
+  resize() {
+    this.stage.resize($('stage').clientWidth, $('stage').clientHeight);
+    if (this.log.frames.length) this.chart.draw(this.time);
+  }
+
+
+
+  makeFacts() {
+    for (const [key, name] of [['visibility', 'of the region seen'], ['force', 'force, by the twin'], ['forceTrue', 'force, in the truth'],
+      ['mu', 'discrepancy of the twin']]) {
+      const div = document.createElement('div'), dt = document.createElement('dt'), dd = document.createElement('dd');
+      dt.textContent = name;
+      dt.id = 'name-' + key;
+      div.id = 'of-' + key;
+      dd.id = 'fact-' + key;
+      div.append(dt, dd);
+      $('facts').append(div);
+    }
+  }
+
+  showNumbers(frame) {
+    $('fact-visibility').textContent = text(frame.visibility, LANES[0]);
+    $('fact-force').textContent = text(frame.force, LANES[1]);
+    $('fact-forceTrue').textContent = text(frame.forceTrue, LANES[1]);
+    $('fact-mu').textContent = text(frame.mu, LANES[2]);
+    $('fact-force').style.color = frame.force > this.log.scene.force_threshold_n ? '#ffb000' : '';
+  }
+
+  showStoryNow(warning) {
+    let now = null;
+    for (const e of this.story) {
+      e.li.classList.toggle('later', e.time > this.time + 1e-6);
+      e.li.classList.remove('now');
+      if (e.time <= this.time + 1e-6) now = e;
+    }
+    if (now) now.li.classList.add('now');
+    const words = (warning ? WARNINGS[warning] + '. ' : '') + (now ? now.words : 'At rest, before the operation.');
+    if ($('status').textContent !== words) $('status').textContent = words;
+    $('status').style.color = warning ? ['', '#ffd166', '#ffa94d', '#ff8787'][warning] : '';
+    if (now && this.follows && now !== this.shown) now.li.scrollIntoView({ block: 'nearest' });
+    this.shown = now;
+  }
+
+
+  showLegend(most) {
+    const unit = { displacement: [1000, 'mm', 'displacement'], stress: [0.001, 'kPa', 'von Mises stress'] }[this.stage.color];
+    $('legend').hidden = !unit;
+    if (!unit) return;
+    $('legend-name').textContent = unit[2];
+    $('legend-ends').textContent = `0 to ${(most * unit[0]).toPrecision(3)} ${unit[1]}`;
+    const g = $('legend-bar').getContext('2d');
+    for (let i = 0; i < 160; ++i) {
+      g.fillStyle = `rgb(${PALETTE[Math.round(i / 159 * 255)].map((c) => Math.round(255 * Math.sqrt(c))).join(',')})`;
+      g.fillRect(i, 0, 1, 10);
+    }
+  }
+
+
+  button(group, name, isOn, press) {
+    const b = document.createElement('button');
+    b.textContent = name;
+    b.setAttribute('aria-pressed', isOn);
+    b.addEventListener('click', () => press(b));
+    $(group).append(b);
+    return b;
+  }
+
+  choose(group, b) {
+    for (const other of $(group).querySelectorAll('button')) other.setAttribute('aria-pressed', other === b);
+  }
+
+  addButtons() {
+    for (const name of ['near', 'above', 'side', 'endoscope'])
+      this.button('views', name, name === 'near', (b) => { this.choose('views', b); this.stage.look(name); });
+    for (const name of ['plain', 'displacement', 'stress'])
+      this.button('colors', name, name === 'plain', (b) => {
+        this.choose('colors', b);
+        this.stage.color = name;
+        this.showLegend(this.stage.paint());
+        this.stage.draw();
+      });
+    const toggle = (name, get, set) => this.button('shown', name, get(), (b) => {
+      set(!get());
+      b.setAttribute('aria-pressed', get());
+      this.stage.draw();
+    });
+    const { stage } = this;
+    for (const kind of ['tissue', 'organ', 'tool', 'region']) {
+      const of = stage.parts.filter((p) => p.kind === kind);
+      if (of.length) toggle({ tool: 'tools' }[kind] || kind, () => of[0].mesh.visible, (on) => of.forEach((p) => { p.mesh.visible = on; }));
+    }
+    if (this.log.points[0].length || this.isLive) toggle('believed attachments', () => stage.dots[0].visible, (on) => { stage.dots[0].visible = on; });
+    if (this.log.points[1].length || this.isLive) toggle('true attachments', () => stage.dots[1].visible, (on) => { stage.dots[1].visible = on; });
+    $('cut').addEventListener('input', () => stage.setCut(Number($('cut').value)));
+    $('ask').addEventListener('click', () => $('help').showModal());
+    $('shot').addEventListener('click', () => this.saveShot());
+  }
+
+  saveShot() {
+    this.stage.draw();
+    const a = document.createElement('a');
+    a.href = $('canvas').toDataURL('image/png');
+    a.download = `${this.log.scene.title}-${this.time.toFixed(1)}s.png`;
+    a.click();
+  }
+
+  // Rows of the help, and what the keys do.
+  addKeys(own) {
+    const press = (group, k) => { const b = $(group).querySelectorAll('button')[k]; if (b) b.click(); };
+    const keys = {
+      ...own,
+      1: ['1 to 4', 'views', () => press('views', 0)], 2: [null, '', () => press('views', 1)], 3: [null, '', () => press('views', 2)],
+      4: [null, '', () => press('views', 3)],
+      c: ['c', 'next colour', () => {
+        const on = [...$('colors').querySelectorAll('button')].findIndex((b) => b.getAttribute('aria-pressed') === 'true');
+        press('colors', (on + 1) % 3);
+      }],
+      s: ['s', 'save a picture', () => this.saveShot()],
+      '?': ['?', 'this help', () => $('help').showModal()],
+    };
+    for (const [name, what] of Object.values(keys)) {
+      if (!name) continue;
+      const row = $('keys').insertRow();
+      row.insertCell().textContent = name;
+      row.insertCell().textContent = what;
+    }
+    document.addEventListener('keydown', (event) => {
+      const isTyping = event.target.closest('input[type="text"], textarea, select, dialog, button, summary');
+      if (!$('use-keys').checked || isTyping || event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
+      event.preventDefault();
+      keys[event.key][2]();
+    });
+  }
+}
+
+class Player extends Page {
+  constructor(buffer, story, pictures) {
+    super(readMessages(buffer), story, pictures);
+    this.isPlaying = false;
+    this.speed = 4;
+    this.end = this.log.frames.length ? this.log.frames[this.log.frames.length - 1].time : 0;
+    $('time').max = this.end;
+    $('play').addEventListener('click', () => this.play(!this.isPlaying));
+    $('speed').addEventListener('change', () => { this.speed = Number($('speed').value); });
+    $('time').addEventListener('input', () => this.goTo(Number($('time').value)));
+    const seek = (event) => this.goTo((event.clientX - $('chart').getBoundingClientRect().left) / $('chart').clientWidth * this.end);
+    $('chart').addEventListener('pointerdown', seek);
+    $('chart').addEventListener('pointermove', (event) => { if (event.buttons) seek(event); });
+    const next = (way) => {
+      const times = this.story.map((e) => e.time);
+      const t = way > 0 ? times.find((s) => s > this.time + 1e-3) : times.reverse().find((s) => s < this.time - 1e-3);
+      this.goTo(t ?? (way > 0 ? this.end : 0));
+    };
+    this.addKeys({
+      ' ': ['space', 'play or pause', () => this.play(!this.isPlaying)],
+      ArrowLeft: ['left', 'back by a second', () => this.goTo(this.time - 1)],
+      ArrowRight: ['right', 'on by a second', () => this.goTo(this.time + 1)],
+      ',': [',', 'decision before', () => next(-1)],
+      '.': ['.', 'next decision', () => next(1)],
+    });
+    this.goTo(0);
+  }
+
+  get follows() { return this.isPlaying; }
+
+  frameAt(time) {
+    const frames = this.log.frames;
+    let lo = 0, hi = frames.length;
+    while (lo < hi) {
+      const mid = (lo + hi) >> 1;
+      if (frames[mid].time <= time + 1e-9) lo = mid + 1; else hi = mid;
+    }
+    return Math.max(0, lo - 1);
+  }
+
+  goTo(time) {
+    this.time = Math.min(Math.max(time, 0), this.end);
+    if (!this.log.frames.length) return;
+    const index = this.frameAt(this.time), frame = this.log.frames[index];
+    this.log.scene.parts.forEach((_, k) => {
+      const e = lastBefore(this.log.ofPart[k], index);
+      if (e && this.drawn[k] !== e) this.stage.movePart(k, e);
+      this.drawn[k] = e;
+    });
+    for (const kind of [0, 1]) {
+      const e = lastBefore(this.log.points[kind], index);
+      if (e && this.stage.dots[kind].userData.of !== e) this.stage.setDots(kind, e.x);
+      this.stage.dots[kind].userData.of = e;
+    }
+    this.showLegend(this.stage.paint());
+    this.stage.draw();
+    this.showNumbers(frame);
+    this.showStoryNow(frame.warning);
+    this.showPicture();
+    $('time').value = this.time;
+    $('clock').textContent = `${this.time.toFixed(1)} of ${this.end.toFixed(1)} s`;
+    this.chart.draw(this.time);
+  }
+
+  showPicture() {
+    let now = null;
+    for (const p of this.pictures) if (p.time_s <= this.time + 1e-6) now = p;
+    $('endoscope').hidden = !now;
+    if (!now || this.picture === now) return;
+    this.picture = now;
+    $('picture').src = 'data:image/png;base64,' + now.png;
+    $('picture').alt = 'The endoscope: ' + now.caption;
+    $('caption').textContent = `Endoscope, ${now.time_s.toFixed(1)} s: ${now.caption}`;
+  }
+
+  play(isPlaying) {
+    this.isPlaying = isPlaying;
+    $('play').innerHTML = isPlaying ? '&#10074;&#10074;' : '&#9654;';
+    $('play').setAttribute('aria-label', isPlaying ? 'Pause' : 'Play');
+    if (!isPlaying) return;
+    if (this.time >= this.end) this.goTo(0);
+    let last = performance.now();
+    const step = (now) => {
+      if (!this.isPlaying) return;
+      this.goTo(this.time + (now - last) / 1000 * this.speed);
+      last = now;
+      if (this.time >= this.end) this.play(false);
+      else requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+}
+
+// ---- a live page ----------------------------------------------------------------------------------------------
+
+const RUN = [['pause', 'pause'], ['go', 'go'], ['plan', 'new plan'], ['yes', 'approve'], ['no', 'reject'], ['abort', 'stop the operation']];
+const FREE = [['pause', 'pause'], ['go', 'go'], ['step', 'one step'], ['reset', 'reset']];
+const MOST_FRAMES = 20000;  // numbers of the chart
+
+class Live extends Page {
+  constructor(log, socket) {
+    super(log, [], []);
+    this.socket = socket;
+    this.mode = '';
+    this.hasControl = false;
+    document.body.classList.add('live');
+    for (const id of ['play', 'speed', 'time']) $(id).hidden = true;
+    this.addKeys({ ' ': ['space', 'pause or go', () => this.send(this.isPaused ? 'go' : 'pause')] });
+    this.addHand();
+    setInterval(() => this.beat(), 500);
+    document.addEventListener('visibilitychange', () => this.beat());
+  }
+
+  get isLive() { return true; }
+  get follows() { return true; }
+
+  // A page that nobody sees does not hold the controls.
+  beat() { if (!document.hidden) this.send('beat'); }
+
+  send(line) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(line); }
+
+  // Messages are read at once, the newest is drawn when the screen is ready: a slow screen shows fewer frames, not old ones.
+  wantFrame() {
+    if (this.isWanted) return;
+    this.isWanted = true;
+    requestAnimationFrame(() => {
+      this.isWanted = false;
+      this.showFrame();
+    });
+  }
+
+  showFrame() {
+    const frames = this.log.frames, frame = frames[frames.length - 1];
+    this.time = frame.time;
+    this.log.scene.parts.forEach((_, k) => {
+      const list = this.log.ofPart[k];
+      if (!list) return;
+      const e = list[list.length - 1];
+      list.length = 0;
+      list.push(e);
+      if (this.drawn[k] !== e) this.stage.movePart(k, e);
+      this.drawn[k] = e;
+    });
+    if (frames.length > MOST_FRAMES) {
+      frames.splice(0, MOST_FRAMES / 2);
+      this.chart.nseen = 0;
+    }
+    this.showLegend(this.stage.paint());
+    this.stage.draw();
+    this.showNumbers(frame);
+    if (this.mode === 'run') this.showStoryNow(frame.warning);
+    this.showForce(frame);
+    $('clock').textContent = `${this.time.toFixed(1)} s`;
+    this.chart.draw(this.time);
+  }
+
+  showPoints() {
+    for (const kind of [0, 1]) {
+      const list = this.log.points[kind];
+      if (list.length) this.stage.setDots(kind, list[list.length - 1].x);
+    }
+    this.stage.draw();
+  }
+
+  take(message) {
+    if (message.words) {
+      const e = readLine(JSON.stringify(message));
+      if (!e) return;
+      this.story.push(e);
+      showStory([e], () => {});
+    }
+    if (message.say) this.say(message.say, message.is_error);
+    if (message.mode) this.setMode(message);
+    if ('control' in message) {
+      this.hasControl = message.control;
+      this.showControl();
+    }
+  }
+
+  say(words, isError) {
+    $('said').textContent = words;
+    $('said').classList.toggle('error', !!isError);
+  }
+
+  setMode(message) {
+    if (this.mode !== message.mode) {
+      this.mode = message.mode;
+      $('commands').hidden = false;
+      $('commands').replaceChildren($('commands').querySelector('legend'));
+      this.buttons = {};
+      for (const [line, name] of this.mode === 'free' ? FREE : RUN) this.buttons[line] = this.button('commands', name, false, () => this.send(line));
+      $('young-label').hidden = this.mode !== 'free';
+      $('line').hidden = this.mode !== 'run';
+      document.body.classList.toggle('free', this.mode === 'free');
+      this.chart.lanes = this.mode === 'free' ? [1] : [0, 1, 2];
+      if (this.mode === 'free') $('name-force').textContent = 'force of your hand, with the weight';
+      if (this.mode === 'free') $('status').textContent = 'Drag the tissue with the mouse: it is grasped and pulled. Drag beside it to turn the view.';
+      this.showControl();
+    }
+    this.isPaused = message.paused;
+    if (this.mode === 'run') {
+      for (const line of ['yes', 'no']) this.buttons[line].hidden = !message.asks;
+      this.buttons.pause.hidden = message.paused || message.holds;
+      this.buttons.go.hidden = !(message.paused || message.holds);
+      for (const b of Object.values(this.buttons)) b.disabled = message.ended || !this.hasControl;
+      if (message.asks) this.say('May this plan begin?', false);
+      if (message.holds) this.say('The robot waits for you: ' + message.reason, true);
+      if (message.ended) this.say('The operation has ended.', false);
+    }
+  }
+
+  showControl() {
+    for (const b of $('commands').querySelectorAll('button')) b.disabled = !this.hasControl;
+    $('watching').hidden = this.hasControl;
+  }
+
+  // ---- a hand: grasp where the pointer meets the tissue, pull in the plane that faces the camera
+
+  addHand() {
+    const canvas = $('canvas'), ray = new THREE.Raycaster(), at = new THREE.Vector2(), plane = new THREE.Plane(), p = new THREE.Vector3();
+    const aim = (event) => {
+      const box = canvas.getBoundingClientRect();
+      at.set((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
+      ray.setFromCamera(at, this.stage.camera);
+    };
+    const line = (word) => `${word} ${p.x.toFixed(5)} ${p.y.toFixed(5)} ${p.z.toFixed(5)}`;
+    canvas.addEventListener('pointerdown', (event) => {
+      if (this.mode !== 'free' || !this.hasControl || event.button !== 0 || !event.isPrimary) return;
+      aim(event);
+      const tissue = this.stage.parts[0].mesh;
+      tissue.geometry.computeBoundingSphere();
+      const hit = ray.intersectObject(tissue)[0];
+      if (!hit) return;
+      p.copy(hit.point);
+      plane.setFromNormalAndCoplanarPoint(this.stage.camera.getWorldDirection(new THREE.Vector3()).negate(), p);
+      this.isPulling = true;
+      this.stage.controls.enabled = false;
+      canvas.setPointerCapture(event.pointerId);
+      this.send(line('grasp'));
+      event.stopImmediatePropagation();
+    }, true);
+    canvas.addEventListener('pointermove', (event) => {
+      if (!this.isPulling) return;
+      aim(event);
+      this.pointer = [event.clientX, event.clientY];
+      if (ray.ray.intersectPlane(plane, p)) this.next = line('move');
+    });
+    const end = () => {
+      if (!this.isPulling) return;
+      this.isPulling = false;
+      this.stage.controls.enabled = true;
+      this.next = null;
+      this.send('release');
+    };
+    canvas.addEventListener('pointerup', end);
+    canvas.addEventListener('pointercancel', end);
+    setInterval(() => { if (this.next) this.send(this.next); this.next = null; }, 25);
+    $('young').addEventListener('change', () => this.send('young ' + (2 ** Number($('young').value)).toFixed(4)));
+    $('line').addEventListener('keydown', (event) => {
+      if (event.key !== 'Enter' || !$('line').value.trim()) return;
+      this.send($('line').value.trim());
+      $('line').value = '';
+    });
+  }
+
+  showForce(frame) {
+    $('pull').hidden = !(this.isPulling && Number.isFinite(frame.force));
+    if ($('pull').hidden || !this.pointer) return;
+    const box = $('stage').getBoundingClientRect();
+    $('pull').style.left = this.pointer[0] - box.left + 14 + 'px';
+    $('pull').style.top = this.pointer[1] - box.top - 10 + 'px';
+    $('pull').textContent = frame.force.toFixed(2) + ' N';
+  }
+}
+
+// A page of a server: the scene arrives first; after a lost connection the page begins again.
+function connect() {
+  const socket = new WebSocket(`ws://${location.host}/${location.search}`, 'omentum');
+  const early = [], log = newLog();
+  socket.binaryType = 'arraybuffer';
+  socket.onmessage = (event) => {
+    if (typeof event.data === 'string') {
+      const message = JSON.parse(event.data);
+      if (message.clear && window.live) location.reload();
+      else if (window.live) window.live.take(message);
+      else early.push(message);
+      return;
+    }
+    const kind = readMessage(log, event.data, new DataView(event.data), 0);
+    if (kind === 1 && !window.live) {
+      window.live = new Live(log, socket);
+      for (const message of early) window.live.take(message);
+    }
+    if (kind === 2 && window.live) window.live.wantFrame();
+    if (kind === 3 && window.live) window.live.showPoints();
+  };
+  socket.onclose = () => {
+    $('status').textContent = 'The program is not there any more. This page looks for it once a second.';
+    setTimeout(retry, 1000);
+  };
+}
+
+async function retry() {
+  try {
+    await fetch(location.href, { cache: 'no-store' });
+    location.reload();
+  } catch {
+    setTimeout(retry, 1000);
+  }
+}
+
+// ---- begin ----------------------------------------------------------------------------------------------------
+
+async function inflate(base64) {
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Response(stream).arrayBuffer();
+}
+
+async function begin() {
+  if (!$('back').getAttribute('href')) $('back').hidden = true;
+  if (!$('messages').textContent.trim()) {
+    $('status').textContent = 'Waiting for the scene.';
+    connect();
+    return;
+  }
+  const buffer = await inflate($('messages').textContent.trim());
+  window.player = new Player(buffer, readStory($('story-lines').textContent), JSON.parse($('pictures').textContent));
+  $('messages').remove();
+}
+
+begin().catch((error) => { $('status').textContent = 'This page cannot be shown: ' + error.message; });

@@ -1,0 +1,237 @@
+// cli_view.c: omentum view: a recorded run, a run that is supervised, or a hand in the simulation, in a browser.
+#include "cli_view.h"
+
+#include <string.h>
+#include <time.h>
+
+#include "omentum/record_words.h"
+
+#define SILENCE 2.0  // s after which a page that has the controls counts as gone
+
+static const OmCliOption option[] = {
+    {"--free", NULL, NULL, "no robot: grasp and pull the tissue of a scene with the mouse"},
+    {"--defras", NULL, NULL, "all of DEFRAS: plan before, monitor, updates, look-ahead"},
+    {"--approve", NULL, NULL, "each plan waits for you"},
+    {"--output", "-o", "DIR", "also write the record of the run, as omentum retract does"},
+    {"--port", NULL, "N", "port of the page; 0: any that is free", "8765", NULL, 0, 65535},
+    {"--listen", NULL, "ADDRESS", "address of an interface, for other machines; needs --token",
+     "127.0.0.1"},
+    {"--token", NULL, "WORD", "that a page must know: letters and digits"},
+    OM_CLI_OPTION_DATA,
+    {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
+    OM_CLI_OPTION_WORKERS,
+    OM_CLI_OPTION_QUIET,
+};
+
+void om_cli_view_wait(double origin, double time) {
+    const double left = origin + time - om_clock_now();
+    if (left <= 0) return;
+    const double most = left < 0.2 ? left : 0.2;
+    struct timespec t = {0, (long)(1e9 * most)};
+    nanosleep(&t, NULL);
+}
+
+OmStatus om_cli_view_say(OmViewServer* server, const char* words, bool is_error) {
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "say", words);
+    om_json_bool(&json, "is_error", is_error);
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    if (status == OM_OK)
+        status = om_view_server_publish(server, OM_VIEW_LASTING, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+// ---- a run ------------------------------------------------------------------------------------------------------
+
+typedef struct Watch {  // of a page
+    OmViewServer* server;
+    double origin;  // s of the wall clock at the loop's time 0
+    bool has_begun, was_heard;
+    OmLoopPhase phase;
+    bool is_paused;
+} Watch;
+
+// What the page shows as buttons: may a plan begin, does the robot wait, is it paused?
+static OmStatus say_state(Watch* w, const OmLoop* loop) {
+    const OmLoopPhase phase = om_loop_phase(loop);
+    const bool is_paused = om_loop_is_paused(loop);
+    OmText text = {0};
+    if (w->has_begun && phase == w->phase && is_paused == w->is_paused) return OM_OK;
+    w->phase = phase;
+    w->is_paused = is_paused;
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "mode", "run");
+    om_json_bool(&json, "paused", is_paused);
+    om_json_bool(&json, "asks", phase == OM_LOOP_CONSENT);
+    om_json_bool(&json, "holds", phase == OM_LOOP_HOLD);
+    om_json_bool(&json, "ended", phase == OM_LOOP_ENDED);
+    om_json_string(&json, "reason", phase == OM_LOOP_HOLD ? om_loop_hold_reason(loop) : "");
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    if (status == OM_OK)
+        status = om_view_server_publish(w->server, OM_VIEW_LASTING, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus obey(Watch* w, OmLoop* loop, const char* line) {
+    OmLoopCommand command;
+    OmText words = {0};
+    OmStatus status = om_loop_command_parse(line, om_loop_grid(loop), &command);
+    if (status == OM_OK) status = om_loop_command(loop, &command);
+    if (status == OM_OK) status = om_words_command(loop, &command, &words);
+    if (status == OM_OK) status = om_cli_view_say(w->server, words.str, false);
+    om_text_done(&words);
+    return status == OM_INVALID ? om_cli_view_say(w->server, om_error_message(), true) : status;
+}
+
+// A page with the controls that is not heard any more pauses the run.
+static OmStatus watch_page(Watch* w, OmLoop* loop) {
+    const bool is_heard = om_view_server_silence(w->server) < SILENCE;
+    const bool is_lost = w->was_heard && !is_heard;
+    w->was_heard = is_heard;
+    if (!is_lost || om_loop_is_paused(loop) || om_loop_phase(loop) == OM_LOOP_ENDED) return OM_OK;
+    OM_TRY(om_cli_view_say(w->server, "the page with the controls is gone: paused; go continues",
+                           true));
+    return om_loop_command(loop, &(OmLoopCommand){OM_LOOP_PAUSE});
+}
+
+static OmStatus supervise(void* ctx, OmLoop* loop) {
+    Watch* w = ctx;
+    char line[OM_VIEW_MAX_LINE + 1];
+    const double time = om_loop_sample(loop).time, now = om_clock_now();
+    if (!w->has_begun || now - w->origin > time + 0.1) w->origin = now - time;
+    OM_TRY(watch_page(w, loop));
+    while (om_loop_phase(loop) != OM_LOOP_ENDED &&
+           om_view_server_next(w->server, line, sizeof line))
+        OM_TRY(obey(w, loop, line));
+    OM_TRY(say_state(w, loop));
+    w->has_begun = true;
+    om_cli_view_wait(w->origin, time);
+    return OM_OK;
+}
+
+// Until a page is open, or the user ends the program.
+static OmStatus wait_for_page(OmViewServer* server) {
+    while (om_view_server_count(server) == 0) {
+        OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
+        om_cli_view_wait(om_clock_now(), 0.1);
+    }
+    return OM_OK;
+}
+
+// The page stays until the user ends the program.
+static int stay(void) {
+    while (!om_cli_is_interrupted()) om_cli_view_wait(om_clock_now(), 0.1);
+    return OM_EXIT_OK;
+}
+
+int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
+    Watch watch = {.server = server};
+    char trials[1200] = "";
+    OmRetractResult result;
+    OmStatus status = OM_OK;
+    if (s->is_defras) {
+        OmPreplanDef plan = om_preplan_default_def(&s->scene);
+        plan.nworker = s->nworker;
+        status = om_preplan_run(&plan, om_cli_progress(s->is_quiet), &s->preplan);
+        om_cli_progress_done();
+        s->has_preplan = status == OM_OK;
+    }
+    if (status == OM_OK) status = wait_for_page(server);
+    OmRetractDef def = om_cli_retract_def(s, s->out);
+    def.supervise = supervise;
+    def.supervise_ctx = &watch;
+    def.server = server;
+    if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(true), &result);
+    if (status < 0) return om_cli_fail_trials("view", status, trials);
+    printf("%s, layout %d: %s\n", s->scene.name, s->scene.seed, result.reason);
+    if (s->out)
+        printf("  report: %s/report.html; in three dimensions: %s/view.html\n", s->out, s->out);
+    fflush(stdout);
+    const int code = result.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
+    om_retract_result_done(&result);
+    stay();
+    return code;
+}
+
+// ---- the verb ---------------------------------------------------------------------------------------------------
+
+static OmStatus serve(const OmCliArgs* args, const char* title, const char* file,
+                      OmViewServer** server) {
+    OmViewServerDef def = om_view_server_default_def();
+    def.title = title;
+    def.file = file;
+    def.token = om_cli_get(args, "--token");
+    if (om_cli_get(args, "--listen")) def.address = om_cli_get(args, "--listen");
+    OM_TRY(om_cli_int(args, "--port", &def.port));
+    OM_TRY(om_view_server_create(&def, server));
+    printf("open %s in a browser; Ctrl-C ends the program\n", om_view_server_url(*server));
+    fflush(stdout);
+    return OM_OK;
+}
+
+// A folder of a run has view.html; null: `name` is no such folder.
+static const char* find_recording(const char* name, char* path, size_t size) {
+    if (!name || om_path_join(name, "view.html", path, size) < 0) return NULL;
+    return om_path_exists(path) ? path : NULL;
+}
+
+static int view_scene(const OmCliArgs* args) {
+    OmCliRetract s = {.verb = "view"};
+    OmViewServer* server = NULL;
+    int code = om_cli_retract_begin(args, false, &s);
+    if (code != OM_EXIT_OK) return code;
+    OmStatus status = serve(args, s.scene.name, NULL, &server);
+    if (status < 0) return om_cli_fail("view", status);
+    if (om_cli_get(args, "--free")) {
+        status = om_cli_view_free(&s, server);
+        code = status == OM_CANCELLED ? OM_EXIT_OK : om_cli_fail("view", status);
+    } else {
+        code = om_cli_view_run(&s, server);
+    }
+    om_view_server_destroy(server);
+    return code;
+}
+
+static int om_cli_view(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    OmViewServer* server;
+    char path[1200];
+    int npositional;
+    if (om_cli_check(&args, 1, &npositional) < 0) return om_cli_usage("view");
+    const char* name = om_cli_positional(&args, 0);
+    const char* file = find_recording(name, path, sizeof path);
+    if (!file) return view_scene(&args);
+    OmStatus status = serve(&args, name, file, &server);
+    if (status < 0) return om_cli_fail("view", status);
+    om_cli_progress(true);  // takes Ctrl-C
+    const int code = stay();
+    om_view_server_destroy(server);
+    return code;
+}
+
+const OmCliVerb om_cli_verb_view = {
+    .name = "view",
+    .run = om_cli_view,
+    .summary = "watch a run in a browser, supervise one, or pull tissue with the mouse",
+    .usage = "omentum view DIR | SCENE.yaml [options]",
+    .about =
+        "With the folder of a run it serves that run's view.html. With a scene it makes a run, which begins when a\n"
+        "page is open, takes its time as on the wall, and obeys the page: pause, go, slow, forbid, approve and the\n"
+        "other commands of --supervise. With --free there is no robot: the mouse grasps the tissue and pulls it, and\n"
+        "the page shows the force. The page is at http://127.0.0.1:8765/, for this machine alone; over SSH forward\n"
+        "that port: ssh -L 8765:127.0.0.1:8765 HOST. A page with the controls that is not heard for two seconds\n"
+        "pauses the run. Ctrl-C ends the program.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum view out/run\n"
+               "  omentum view scenes/sheet.yaml --free\n"
+               "  omentum view scenes/belief.yaml --defras\n"
+               "  omentum view scenes/sheet.yaml --free --listen 192.168.1.20 --token 8f3a21",
+};

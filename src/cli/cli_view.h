@@ -1,0 +1,17 @@
+// cli_view.h: what the page does with a scene, for omentum view.
+#ifndef OM_CLI_VIEW_H
+#define OM_CLI_VIEW_H
+
+#include "cli_retract.h"
+#include "omentum/view_server.h"
+
+// A hand in the simulation: grasp, pull, pause, step, reset, change the modulus. Until the user ends the program.
+OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server);
+// A run of the loop, supervised by the page.
+int om_cli_view_run(OmCliRetract* s, OmViewServer* server);
+// Say a sentence on every page. `is_error`: what was asked is not done.
+OmStatus om_cli_view_say(OmViewServer* server, const char* words, bool is_error);
+// Sleep until the wall clock shows `origin` + `time`.
+void om_cli_view_wait(double origin, double time);
+
+#endif

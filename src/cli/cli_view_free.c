@@ -1,0 +1,204 @@
+// cli_view_free.c: a hand in the simulation: lines of the page move the tissue of a scene.
+//
+// | line            | what it does                                                               |
+// |-----------------|----------------------------------------------------------------------------|
+// | grasp X Y Z     | hold the tissue within the scene's grasp_radius of a point, world frame, m |
+// | move X Y Z      | the held tissue follows to this point, at most SPEED                       |
+// | release         | let go                                                                     |
+// | pause, go, step | stop, continue, one time step                                              |
+// | reset           | back to rest, with the scene's modulus                                     |
+// | young FACTOR    | the modulus times this factor, 0.1 to 10                                   |
+#include <math.h>
+#include <string.h>
+
+#include "cli_view.h"
+#include "omentum/view.h"
+
+#define SPEED 0.25   // m/s, of the hand
+#define FRAMES 30.0  // in a second
+#define SETTLE_SPEED 1e-3
+#define SETTLE_TIME 5.0
+
+typedef struct Hand {
+    OmCliRetract* s;
+    OmViewServer* server;
+    OmSite site;
+    OmBody* body;
+    OmView3d* view;
+    OmText message;
+    void* start;  // snapshot at rest
+    OmVec3 tip, goal;
+    bool is_holding, is_paused, has_step, has_forces;
+    double time, young;
+} Hand;
+
+static OmStatus send_scene(Hand* h) {
+    OmView3dDef def = om_view3d_default_def(&h->s->scene, h->body);
+    def.is_live = true;
+    om_view3d_destroy(h->view);
+    h->view = NULL;
+    OM_TRY(om_view3d_create(&def, &h->view));
+    om_view_server_clear(h->server);
+    h->message.len = 0;
+    OM_TRY(om_view3d_add_scene(h->view, &h->message));
+    OM_TRY(om_view_server_publish(h->server, OM_VIEW_LASTING, h->message.str, h->message.len));
+    h->message.len = 0;
+    OM_TRY(om_view3d_add_points(h->body, om_body_attached(h->body), OM_VIEW_BELIEVED, &h->message));
+    OM_TRY(om_view_server_publish(h->server, OM_VIEW_LASTING, h->message.str, h->message.len));
+    const char* mode = "{\"mode\":\"free\"}";
+    return om_view_server_publish(h->server, OM_VIEW_LASTING, mode, strlen(mode));
+}
+
+static OmStatus send_frame(Hand* h) {
+    OmBodyForces forces = {0};
+    OmViewNow now = {.time = h->time,
+                     .visibility = NAN,
+                     .force = NAN,
+                     .force_world = NAN,
+                     .mu = NAN,
+                     .height = NAN};
+    if (h->has_forces) {
+        OM_TRY(om_body_get_forces(h->body, &forces));
+        now.force = h->is_holding ? om_norm(forces.grasp[0]) : 0;
+    }
+    h->message.len = 0;
+    OM_TRY(om_view3d_add_frame(h->view, &now, &h->message));
+    return om_view_server_publish(h->server, OM_VIEW_NEWEST, h->message.str, h->message.len);
+}
+
+static OmStatus say_young(Hand* h) {
+    char text[80];
+    snprintf(text, sizeof text, "modulus %.3g kPa", 1e-3 * h->young * h->site.young);
+    return om_cli_view_say(h->server, text, false);
+}
+
+static OmStatus grasp(Hand* h, OmVec3 at) {
+    int nheld;
+    const OmPose tip = {at, h->site.pose_world_task.q};
+    if (h->is_holding) om_body_release(h->body, 0);
+    h->is_holding = false;
+    OM_TRY(om_body_grasp(h->body, 0, tip, h->s->scene.task.grasp_radius, &nheld));
+    if (nheld == 0) return om_cli_view_say(h->server, "no tissue there", true);
+    h->is_holding = true;
+    h->tip = h->goal = at;
+    return OM_OK;
+}
+
+static OmStatus reset(Hand* h) {
+    if (h->is_holding) om_body_release(h->body, 0);
+    h->is_holding = false;
+    h->time = 0;
+    if (h->young != 1) OM_TRY(om_body_set_young(h->body, &h->s->scene, 1));
+    h->young = 1;
+    om_body_restore(h->body, h->start);
+    OM_TRY(send_scene(h));
+    return om_cli_view_say(h->server, "back at rest", false);
+}
+
+// The model is made again with another modulus; the tissue stays where it is.
+static OmStatus set_young(Hand* h, double factor) {
+    if (h->is_holding) om_body_release(h->body, 0);
+    h->is_holding = false;
+    OM_TRY(om_body_set_young(h->body, &h->s->scene, factor));
+    h->young = factor;
+    return say_young(h);
+}
+
+static bool is_word(const char* line, const char* word) {
+    const size_t n = strlen(word);
+    return strncmp(line, word, n) == 0 && (line[n] == 0 || line[n] == ' ');
+}
+
+static OmStatus obey(Hand* h, const char* line) {
+    OmVec3 p;
+    double factor;
+    const int n = sscanf(line, "%*s %lf %lf %lf", &p.x, &p.y, &p.z);
+    const bool is_point =
+        n == 3 && isfinite(p.x) && isfinite(p.y) && isfinite(p.z) && om_norm(p) < 100;
+    if (is_word(line, "grasp") && is_point) return grasp(h, p);
+    if (is_word(line, "move") && is_point) {
+        if (h->is_holding) h->goal = p;
+        return OM_OK;
+    }
+    if (is_word(line, "release")) {
+        if (h->is_holding) om_body_release(h->body, 0);
+        h->is_holding = false;
+        return OM_OK;
+    }
+    if (is_word(line, "pause") || is_word(line, "go")) {
+        h->is_paused = line[0] == 'p';
+        return om_cli_view_say(h->server, h->is_paused ? "paused" : "the tissue moves", false);
+    }
+    if (is_word(line, "step")) {
+        h->is_paused = h->has_step = true;
+        return OM_OK;
+    }
+    if (is_word(line, "reset")) return reset(h);
+    if (sscanf(line, "young %lf", &factor) == 1 && factor >= 0.1 && factor <= 10)
+        return set_young(h, factor);
+    return om_cli_view_say(h->server, "this is no command here", true);
+}
+
+static OmStatus step(Hand* h) {
+    const double dt = h->s->scene.task.time_step;
+    OmBodyReport report;
+    if (h->is_holding) {
+        const OmVec3 way = om_sub(h->goal, h->tip);
+        const double left = om_norm(way), most = SPEED * dt;
+        h->tip = left <= most ? h->goal : om_madd(h->tip, most / left, way);
+        OM_TRY(om_body_move(h->body, 0, (OmPose){h->tip, h->site.pose_world_task.q}));
+    }
+    OmStatus status = om_body_step(h->body, dt, &report);
+    h->time += dt;
+    h->has_step = false;
+    return status < 0 ? status : OM_OK;
+}
+
+static OmStatus live(Hand* h) {
+    char line[OM_VIEW_MAX_LINE + 1];
+    double last = -INFINITY, origin = om_clock_now(), begin = 0;
+    const OmProgress* alive = om_cli_progress(true);
+    while (true) {
+        OM_TRY(om_progress_report(alive, "view", 0, 0));
+        while (om_view_server_next(h->server, line, sizeof line)) OM_TRY(obey(h, line));
+        // a hand that is not heard any more lets go
+        if (h->is_holding && om_view_server_silence(h->server) > 2) OM_TRY(obey(h, "release"));
+        const bool is_moving =
+            h->has_step || (!h->is_paused && om_view_server_count(h->server) > 0);
+        if (is_moving) OM_TRY(step(h));
+        const double now = om_clock_now();
+        if (!is_moving) origin = now, begin = h->time;
+        if (now - origin > h->time - begin + 0.1)
+            origin = now, begin = h->time;  // slower than time: no hurry after it
+        if (now - last >= 1 / FRAMES) {
+            OM_TRY(send_frame(h));
+            last = now;
+        }
+        om_cli_view_wait(is_moving ? origin : now, is_moving ? h->time - begin : 0.02);
+    }
+}
+
+OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server) {
+    Hand h = {.s = s, .server = server, .young = 1};
+    const OmProgress* progress = om_cli_progress(s->is_quiet);
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_site_build(&s->scene, OM_SITE_TWIN, progress, &h.site));
+    OM_TRY_DONE(om_body_create(&s->scene, &h.site, s->nworker, &h.body));
+    h.has_forces = om_engine_capabilities(om_body_engine(h.body)) & OM_ENGINE_FORCES;
+    status = om_body_settle(h.body, s->scene.task.time_step, SETTLE_SPEED, SETTLE_TIME);
+    OM_TRY_DONE(status);
+    h.start = om_alloc(om_body_state_size(h.body), 1);
+    OM_CHECK_DONE(h.start, OM_NO_MEMORY, "out of memory for a snapshot");
+    om_body_save(h.body, h.start);
+    om_cli_progress_done();
+    OM_TRY_DONE(send_scene(&h));
+    OM_TRY_DONE(say_young(&h));
+    status = live(&h);
+done:
+    om_view3d_destroy(h.view);
+    om_text_done(&h.message);
+    om_free(h.start);
+    om_body_destroy(h.body);
+    om_site_done(&h.site);
+    return status;
+}

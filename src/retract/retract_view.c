@@ -1,0 +1,98 @@
+// retract_view.c: frames at 25 Hz of the operation, attachments when they change, and each line of an audit.
+#include "retract/retract_view.h"
+
+#include <string.h>
+
+#include "omentum/record_audit.h"
+#include "omentum/view.h"
+
+#define EVERY 2  // ticks between frames
+
+struct RunView {
+    OmViewServer* server;
+    OmView3d* view;
+    OmBody* twin;
+    OmAudit* audit;  // in memory
+    size_t nsent;    // bytes of its text
+    OmText message;
+};
+
+static OmStatus send(RunView* v, OmViewChannel channel) {
+    return om_view_server_publish(v->server, channel, v->message.str, v->message.len);
+}
+
+static OmStatus send_points(RunView* v, const OmBody* body, const unsigned char* attached,
+                            OmViewPoints kind) {
+    v->message.len = 0;
+    OM_TRY(om_view3d_add_points(body, attached, kind, &v->message));
+    return send(v, OM_VIEW_LASTING);
+}
+
+OmStatus om__run_view_create(OmViewServer* server, const OmScene* scene, OmWorld* world,
+                             OmBody* twin, OmPlanner* planner, RunView** view) {
+    OmBody* truth = om_world_truth(world);
+    RunView* v = om_calloc(1, sizeof *v);
+    *view = v;
+    if (!v) return OM_NO_MEMORY;
+    v->server = server;
+    v->twin = twin;
+    OmView3dDef def = om_view3d_default_def(scene, truth ? truth : twin);
+    def.world = world;
+    def.is_live = true;
+    OM_TRY(om_view3d_create(&def, &v->view));
+    const OmAuditDef audit = om_audit_default_def(planner);
+    OM_TRY(om_audit_create(&audit, &v->audit));
+    om_view_server_clear(server);
+    OM_TRY(om_view3d_add_scene(v->view, &v->message));
+    OM_TRY(send(v, OM_VIEW_LASTING));
+    if (truth) OM_TRY(send_points(v, truth, om_body_attached(truth), OM_VIEW_TRUE));
+    return send_points(v, twin, om_body_attached(twin), OM_VIEW_BELIEVED);
+}
+
+void om__run_view_destroy(RunView* v) {
+    if (!v) return;
+    om_view3d_destroy(v->view);
+    om_audit_destroy(v->audit);
+    om_text_done(&v->message);
+    om_free(v);
+}
+
+// Lines of the audit that no page has.
+static OmStatus send_lines(RunView* v) {
+    const char* text = om_audit_text(v->audit);
+    for (const char* end; (end = strchr(text + v->nsent, '\n'));
+         v->nsent = (size_t)(end - text) + 1)
+        OM_TRY(om_view_server_publish(v->server, OM_VIEW_LASTING, text + v->nsent,
+                                      (size_t)(end - text) - v->nsent));
+    return OM_OK;
+}
+
+static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
+    RunView* v = ctx;
+    const OmViewNow n = {now->time, now->visibility, now->force,  now->force_world,
+                         now->mu,   now->height,     now->warning};
+    OM_TRY(send_lines(v));
+    if (om_loop_ntick(loop) % EVERY) return OM_OK;
+    v->message.len = 0;
+    OM_TRY(om_view3d_add_frame(v->view, &n, &v->message));
+    return send(v, OM_VIEW_NEWEST);
+}
+
+static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
+    RunView* v = ctx;
+    (void)loop;
+    if (event->stage != OM_UPDATE_ADOPTED && event->stage != OM_UPDATE_DOUBTED) return OM_OK;
+    return send_points(v, v->twin, event->estimate->attached, OM_VIEW_BELIEVED);
+}
+
+static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* result) {
+    (void)loop, (void)result;
+    return send_lines(ctx);
+}
+
+int om__run_view_listeners(RunView* v, OmLoopListener listener[2]) {
+    listener[0] = om_audit_listener(v->audit);
+    listener[1] =
+        (OmLoopListener){.ctx = v, .on_tick = on_tick, .on_update = on_update, .on_end = on_end};
+    return 2;
+}

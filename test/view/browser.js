@@ -1,0 +1,150 @@
+// browser.js: the page in a real browser: Debian's Chromium, driven by playwright-core. Both are optional: without them the
+// test is skipped. Frames per second are not asserted: WebGL runs in software here.
+//
+//     node test/view/browser.js build/release/bin/omentum scenes
+'use strict';
+
+const { spawn } = require('node:child_process');
+const fs = require('node:fs');
+const path = require('node:path');
+const SKIP = 77, CHROMIUM = process.env.OM_CHROMIUM || '/usr/bin/chromium';
+
+let playwright = null;
+try { playwright = require('playwright-core'); } catch { /* skipped below */ }
+if (!playwright || !fs.existsSync(CHROMIUM)) {
+  console.log(`skip: ${playwright ? CHROMIUM : 'playwright-core'} is not installed`);
+  process.exit(SKIP);
+}
+
+const [, , program, scenes] = process.argv;
+const errors = [];  // of any page
+const children = [];
+
+function check(is, what) {
+  if (!is) throw new Error(what);
+  console.log('ok: ' + what);
+}
+
+// The program, once it says where its page is.
+function start(args) {
+  const child = spawn(program, ['view', ...args, '-q'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  children.push(child);
+  return new Promise((resolve, reject) => {
+    let out = '';
+    child.stdout.on('data', (data) => {
+      out += data;
+      const url = out.match(/http:\S+/);
+      if (url) resolve({ child, url: url[0] });
+    });
+    child.on('exit', () => reject(new Error('the program ended: ' + out)));
+  });
+}
+
+async function open(browser, url, size) {
+  const page = await browser.newPage({ viewport: size });
+  page.on('pageerror', (e) => errors.push(e.message));
+  page.on('console', (m) => { if (m.type() === 'error' && !/ERR_CONNECTION|WebSocket/.test(m.text())) errors.push(m.text()); });
+  await page.goto(url);
+  return page;
+}
+
+const said = (page) => page.locator('#said').textContent();
+
+// A place of the canvas over the tissue's corner that is nearest to the viewer.
+const findCorner = (page) => page.evaluate(() => {
+  const box = document.getElementById('canvas').getBoundingClientRect(), part = live.stage.parts[0], v = new THREE.Vector3();
+  const ray = new THREE.Raycaster();
+  for (let y = 0.9; y > 0.1; y -= 0.02)
+    for (let x = 0.1; x < 0.9; x += 0.05) {
+      ray.setFromCamera(new THREE.Vector2(2 * x - 1, 1 - 2 * y), live.stage.camera);
+      if (ray.intersectObject(part.mesh).length) return [box.left + x * box.width, box.top + (y - 0.03) * box.height];
+    }
+  return null;
+});
+
+async function testHand(browser) {
+  const { child, url } = await start([path.join(scenes, 'belief.yaml'), '--free', '--port', '0']);
+  const page = await open(browser, url, { width: 640, height: 420 });
+  await page.waitForFunction(() => window.live && live.mode === 'free' && live.hasControl && live.log.frames.length > 2);
+  const before = await page.evaluate(() => Array.from(live.stage.parts[0].mesh.geometry.attributes.position.array));
+  const at = await findCorner(page);
+  check(at, 'the tissue is on the screen');
+  await page.mouse.move(at[0], at[1]);
+  await page.mouse.down();
+  for (let k = 1; k <= 10; ++k) {
+    await page.mouse.move(at[0], at[1] - 6 * k);
+    await page.waitForTimeout(50);
+  }
+  await page.waitForFunction(() => live.log.frames.at(-1).force > 0.01);
+  const shown = await page.evaluate(() => [document.getElementById('pull').textContent, live.log.frames.at(-1).force]);
+  check(Math.abs(parseFloat(shown[0]) - shown[1]) < 0.2 && / N$/.test(shown[0]), `the force is shown: ${shown[0]}`);
+  const moved = await page.evaluate((from) => {
+    const x = live.stage.parts[0].mesh.geometry.attributes.position.array;
+    return Math.max(...from.map((value, i) => Math.abs(value - x[i])));
+  }, before);
+  check(moved > 0.005, `the tissue is lifted by ${(1000 * moved).toFixed(0)} mm`);
+  await page.mouse.up();
+  await page.click('#commands button:has-text("pause")');
+  await page.waitForFunction(() => document.getElementById('said').textContent === 'paused');
+  const time = await page.evaluate(() => live.log.frames.at(-1).time);
+  await page.click('#commands button:has-text("one step")');
+  await page.waitForFunction((t) => live.log.frames.at(-1).time > t, time);
+  const after = await page.evaluate(() => live.log.frames.at(-1).time);
+  check(Math.abs(after - time - 0.02) < 1e-6, 'one step is one time step');
+  await page.fill('#young', '1');
+  await page.dispatchEvent('#young', 'change');
+  await page.waitForFunction(() => /modulus 6 kPa/.test(document.getElementById('said').textContent));
+  check(true, 'the modulus follows the slider');
+  child.kill('SIGKILL');
+  await page.waitForFunction(() => /not there any more/.test(document.getElementById('status').textContent));
+  check(true, 'the page says that the program is gone');
+  await page.close();
+}
+
+async function testRun(browser) {
+  const { child, url } = await start([path.join(scenes, 'belief.yaml'), '--approve', '--port', '0']);
+  const page = await open(browser, url, { width: 400, height: 800 });
+  await page.waitForFunction(() => window.live && live.mode === 'run' && live.hasControl);
+  const second = await open(browser, url, { width: 400, height: 600 });
+  await second.waitForFunction(() => window.live && live.mode);
+  check(await second.locator('#watching').isVisible(), 'a second page watches');
+  await page.bringToFront();
+  await page.click('#commands button:has-text("approve")');
+  await page.waitForFunction(() => live.log.frames.at(-1).time > 0.3);
+  check(true, 'the approved plan begins');
+  await page.fill('#line', 'forbid 3 2');
+  await page.press('#line', 'Enter');
+  await page.waitForFunction(() => /forbade point \(3,2\)/.test(document.getElementById('said').textContent));
+  await page.fill('#line', 'dance');
+  await page.press('#line', 'Enter');
+  await page.waitForFunction(() => /is no command/.test(document.getElementById('said').textContent));
+  check(true, `what is no command is answered: ${(await said(page)).slice(0, 40)}`);
+  await page.reload();
+  await page.waitForFunction(() => window.live && live.story.length > 1);
+  check(true, 'a page that is loaded again has the whole story');
+  const names = await page.evaluate(() => [...document.querySelectorAll('button, input, select, canvas')]
+    .filter((e) => !e.textContent.trim() && !e.getAttribute('aria-label') && !e.closest('label') && e.tabIndex >= 0).map((e) => e.id));
+  check(names.length === 0, `every control has a name (without: ${names})`);
+  await page.close();
+  await second.waitForFunction(() => live.hasControl || true);
+  await second.close();
+  child.kill('SIGTERM');
+}
+
+async function main() {
+  const browser = await playwright.chromium.launch({ executablePath: CHROMIUM,
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
+  try {
+    await testHand(browser);
+    await testRun(browser);
+    check(errors.length === 0, `no error in the console (${errors.join('; ')})`);
+  } finally {
+    for (const child of children) child.kill('SIGKILL');
+    await browser.close();
+  }
+}
+
+main().then(() => process.exit(0), (error) => {
+  console.log('FAILED: ' + error.message);
+  process.exit(1);
+});

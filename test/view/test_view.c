@@ -1,0 +1,413 @@
+// test_view.c: messages of a view, decoded here a second time; the page holds them and nothing that ends a script.
+#include <string.h>
+#include <zlib.h>
+
+#include "easy_scene.h"
+#include "omentum/image.h"
+#include "omentum/shape.h"
+#include "omentum/view.h"
+#include "test_alloc.h"
+#include "test_folder.h"
+
+typedef struct Field {
+    OmScene scene;
+    OmSite site;
+    OmBody* body;
+    OmView3d* view;
+} Field;
+
+static OmStatus open_field(Field* f) {
+    *f = (Field){.scene = easy_scene()};
+    f->scene.tissue.cells = om_vec3(4, 4, 1);
+    OM_TRY(om_site_build(&f->scene, OM_SITE_TWIN, NULL, &f->site));
+    OM_TRY(om_body_create(&f->scene, &f->site, 1, &f->body));
+    const OmView3dDef def = om_view3d_default_def(&f->scene, f->body);
+    return om_view3d_create(&def, &f->view);
+}
+
+static void close_field(Field* f) {
+    om_view3d_destroy(f->view);
+    om_body_destroy(f->body);
+    om_site_done(&f->site);
+}
+
+// ---- a second reader ----------------------------------------------------------------------------------------
+
+static uint32_t u32(const char* at) {
+    uint32_t value;
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+static float f32(const char* at) {
+    float value;
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+static double f64(const char* at) {
+    double value;
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+// The k-th message: where its kind stands. Null: there are not so many.
+static const char* find_message(const OmText* t, int k, size_t* size) {
+    size_t at = 0;
+    for (int i = 0; at + 4 <= t->len; ++i) {
+        *size = u32(t->str + at);
+        assert_true(*size % 4 == 0 && at + 4 + *size <= t->len);
+        if (i == k) return t->str + at + 4;
+        at += 4 + *size;
+    }
+    assert_int_equal(at, t->len);
+    return NULL;
+}
+
+static int nvert_of(const char* json, int part) {
+    const char* at = strstr(json, "\"parts\"");
+    for (int k = 0; k <= part; ++k) at = strstr(at + 1, "\"nvert\"");
+    return atoi(strchr(at, ':') + 1);
+}
+
+// ---- messages -----------------------------------------------------------------------------------------------
+
+static void frames_hold_where_the_tissue_is(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    size_t size;
+    const OmViewNow now = {1.25, 0.5, 0.25, NAN, 0.002, 0.01, 2};
+    OmSurface surface;
+    int* vert;
+    assert_ok(open_field(&f));
+    assert_ok(om_view3d_add_scene(f.view, &t));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));  // nothing has moved
+    OmBodyReport report;
+    int nheld;
+    const OmPose tip = om_pose_mul(f.site.pose_world_task,
+                                   (OmPose){om_vec3(-0.05, -0.05, 0.005), om_pose_identity().q});
+    OmPose up = tip;
+    up.p = om_add(up.p, om_quat_rotate(f.site.pose_world_task.q, om_vec3(0, 0, 0.03)));
+    assert_ok(om_body_grasp(f.body, 0, tip, 0.02, &nheld));
+    assert_true(nheld > 0);
+    assert_ok(om_body_move(f.body, 0, up));
+    for (int i = 0; i < 3; ++i) assert_true(om_body_step(f.body, 0.02, &report) >= 0);
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+
+    const char* scene = find_message(&t, 0, &size);
+    assert_int_equal(u32(scene), 1);
+    assert_ok(om_tet_mesh_boundary(om_body_mesh(f.body), &surface, &vert));
+    assert_int_equal(nvert_of(scene + 8, 0), surface.nvert);
+    const char* x0 = scene + 8 + (u32(scene + 4) + 3) / 4 * 4;
+    for (int i = 0; i < surface.nvert; ++i)  // at the beginning
+        for (int k = 0; k < 3; ++k)
+            assert_near(f32(x0 + 4 * (3 * i + k)), surface.x[3 * i + k], 1e-7);
+
+    const char* still = find_message(&t, 2, &size);
+    assert_int_equal(u32(still), 2);
+    assert_int_equal(u32(still + 4), 1);
+    assert_int_equal(u32(still + 40), 0);
+
+    const char* frame = find_message(&t, 3, &size);
+    assert_near(f64(frame + 8), 1.25, 0);
+    assert_near(f32(frame + 16), 0.5, 0);
+    assert_near(f32(frame + 20), 0.25, 0);
+    assert_true(isnan(f32(frame + 24)));
+    assert_near(f32(frame + 28), 0.002, 1e-9);
+    assert_int_equal(u32(frame + 36), 2);
+    assert_int_equal(u32(frame + 40), 1);  // the region of interest has not moved
+    assert_int_equal(u32(frame + 44), 0);  // the tissue
+    assert_int_equal(u32(frame + 48), surface.nvert);
+    const double* x = om_body_x(f.body);
+    double most = 0, moved = 0;
+    for (int i = 0; i < 3 * surface.nvert; ++i) {
+        const double lo = f32(frame + 52 + 4 * (i % 3)), box = f32(frame + 64 + 4 * (i % 3));
+        uint16_t q;
+        memcpy(&q, frame + 76 + 2 * i, sizeof q);
+        const double is = x[3 * vert[i / 3] + i % 3];
+        most = fmax(most, fabs(lo + box * q / 65535 - is));
+        moved = fmax(moved, fabs(is - surface.x[i]));
+    }
+    assert_true(moved > 0.01);
+    assert_true(most < 1e-5);
+    assert_null(find_message(&t, 4, &size));
+    om_text_done(&t);
+    om_surface_done(&surface);
+    om_free(vert);
+    close_field(&f);
+}
+
+// The k-th message is a frame: the parts that it has, and the most that its tissue is away from the body's.
+static uint32_t check_frame(const OmText* t, int k, const Field* f, double* most) {
+    size_t size;
+    OmSurface surface;
+    int* vert;
+    const char* m = find_message(t, k, &size);
+    assert_int_equal(u32(m), 2);
+    *most = 0;
+    if (u32(m + 40) == 0) return 0;
+    assert_int_equal(u32(m + 44), 0);
+    assert_ok(om_tet_mesh_boundary(om_body_mesh(f->body), &surface, &vert));
+    for (int i = 0; i < 3 * surface.nvert; ++i) {
+        const double lo = f32(m + 52 + 4 * (i % 3)), box = f32(m + 64 + 4 * (i % 3));
+        uint16_t q;
+        memcpy(&q, m + 76 + 2 * i, sizeof q);
+        *most =
+            fmax(*most, fabs(lo + box * q / 65535 - om_body_x(f->body)[3 * vert[i / 3] + i % 3]));
+    }
+    om_surface_done(&surface);
+    om_free(vert);
+    return u32(m + 40);
+}
+
+// A live client that missed a frame has all in the next one; tissue that leaves its box gets a larger one.
+static void live_frames_are_whole(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    const OmViewNow now = {0};
+    OmBodyReport report;
+    double most;
+    int nheld;
+    assert_ok(open_field(&f));
+    om_view3d_destroy(f.view);
+    OmView3dDef def = om_view3d_default_def(&f.scene, f.body);
+    def.is_live = true;
+    assert_ok(om_view3d_create(&def, &f.view));
+    assert_ok(om_view3d_add_scene(f.view, &t));
+    OmPose tip = om_pose_mul(f.site.pose_world_task,
+                             (OmPose){om_vec3(-0.05, -0.05, 0.005), om_pose_identity().q});
+    assert_ok(om_body_grasp(f.body, 0, tip, 0.02, &nheld));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    assert_true(check_frame(&t, 1, &f, &most) > 1);      // the first has every part
+    assert_int_equal(check_frame(&t, 2, &f, &most), 0);  // nothing has moved yet
+    for (int k = 0; k < 60; ++k) {
+        tip.p = om_add(tip.p, om_quat_rotate(f.site.pose_world_task.q, om_vec3(0, 0, 0.004)));
+        assert_ok(om_body_move(f.body, 0, tip));
+        assert_true(om_body_step(f.body, 0.02, &report) >= 0);
+    }
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    for (int k = 3; k < 5; ++k) {  // 240 mm higher, and again without a motion
+        assert_int_equal(check_frame(&t, k, &f, &most), 1);
+        assert_true(most < 1e-5);
+    }
+    om_text_done(&t);
+    close_field(&f);
+}
+
+// A byte of stress is the mean over the elements around a vertex, of the largest.
+static void stresses_are_shares_of_the_largest(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    size_t size;
+    const OmViewNow now = {0};
+    OmBodyReport report;
+    int nheld, nfull = 0;
+    assert_ok(open_field(&f));
+    const OmPose tip = om_pose_mul(f.site.pose_world_task,
+                                   (OmPose){om_vec3(-0.05, -0.05, 0.005), om_pose_identity().q});
+    OmPose up = tip;
+    up.p = om_add(up.p, om_quat_rotate(f.site.pose_world_task.q, om_vec3(0, 0, 0.01)));
+    assert_ok(om_body_grasp(f.body, 0, tip, 0.02, &nheld));
+    assert_ok(om_body_move(f.body, 0, up));
+    for (int i = 0; i < 5; ++i) assert_true(om_body_step(f.body, 0.02, &report) >= 0);
+    assert_ok(om_view3d_add_scene(f.view, &t));
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    const char* scene = find_message(&t, 0, &size);
+    const int nvert = nvert_of(scene + 8, 0);
+    const char* stress = find_message(&t, 1, &size) + 76 + (6 * nvert + 3) / 4 * 4;
+    assert_int_equal(u32(stress), 1);
+    double* value = om_calloc((size_t)f.site.mesh.ntet, sizeof *value);
+    double most = 0;
+    assert_ok(om_body_get_measure(f.body, OM_VON_MISES, value));
+    for (int e = 0; e < f.site.mesh.ntet; ++e) most = fmax(most, value[e]);
+    assert_true(f32(stress + 4) > 0 && (double)f32(stress + 4) <= most * (1 + 1e-6));
+    for (int i = 0; i < nvert; ++i) nfull += (unsigned char)stress[8 + i] == 255;
+    assert_true(nfull >= 1 && nfull < nvert / 4);
+    om_free(value);
+    om_text_done(&t);
+    close_field(&f);
+}
+
+static void points_are_the_attached_vertices(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    size_t size;
+    assert_ok(open_field(&f));
+    const unsigned char* attached = om_body_attached(f.body);
+    uint32_t n = 0;
+    assert_ok(om_view3d_add_points(f.body, attached, OM_VIEW_TRUE, &t));
+    const char* m = find_message(&t, 0, &size);
+    assert_int_equal(u32(m), 3);
+    assert_int_equal(u32(m + 4), OM_VIEW_TRUE);
+    for (int i = 0; i < f.site.mesh.nvert; ++i) {
+        if (!attached[i]) continue;
+        for (int k = 0; k < 3; ++k)
+            assert_near(f32(m + 12 + 4 * (3 * n + (uint32_t)k)), om_body_x(f.body)[3 * i + k],
+                        1e-7);
+        ++n;
+    }
+    assert_true(n > 0);
+    assert_int_equal(u32(m + 8), n);
+    om_text_done(&t);
+    close_field(&f);
+}
+
+// ---- the page -----------------------------------------------------------------------------------------------
+
+static int value_of(char c) {
+    const char* const digit = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char* at = c ? strchr(digit, c) : NULL;
+    return at ? (int)(at - digit) : -1;
+}
+
+// The bytes between two texts of a page, from base64.
+static size_t decode(const char* from, char* bytes) {
+    size_t n = 0;
+    unsigned bits = 0;
+    int nbit = 0;
+    for (; value_of(*from) >= 0; ++from) {
+        bits = bits << 6 | (unsigned)value_of(*from);
+        nbit += 6;
+        if (nbit >= 8) bytes[n++] = (char)(bits >> (nbit -= 8));
+    }
+    return n;
+}
+
+static int count(const char* text, const char* word) {
+    int n = 0;
+    for (; (text = strstr(text, word)); ++text) ++n;
+    return n;
+}
+
+// Three frames, with a pull between them.
+static void pull_a_little(Field* f, OmText* messages) {
+    OmViewNow now = {0};
+    OmBodyReport report;
+    int nheld;
+    OmPose tip = om_pose_mul(f->site.pose_world_task,
+                             (OmPose){om_vec3(-0.05, -0.05, 0.005), om_pose_identity().q});
+    assert_ok(om_body_grasp(f->body, 0, tip, 0.02, &nheld));
+    for (int k = 0; k < 3; ++k) {
+        now.time = 0.02 * k;
+        assert_ok(om_view3d_add_frame(f->view, &now, messages));
+        tip.p = om_add(tip.p, om_quat_rotate(f->site.pose_world_task.q, om_vec3(0, 0, 0.003)));
+        assert_ok(om_body_move(f->body, 0, tip));
+        assert_true(om_body_step(f->body, 0.02, &report) >= 0);
+    }
+}
+
+// Frames of differences become frames again: only the tissue moves here, and its box stays.
+static void add_differences(char* bytes, size_t size) {
+    const uint32_t kind = 2;
+    char* last = NULL;
+    int nframe = 0;
+    for (size_t at = 0; at < size; at += 4 + u32(bytes + at)) {
+        char* m = bytes + at + 4;
+        if (u32(m) != 4) continue;
+        memcpy(m, &kind, sizeof kind);
+        assert_int_equal(u32(m + 44), 0);
+        const size_t nvert = u32(m + 48);
+        char* x = m + 76;
+        char* stress = x + (6 * nvert + 3) / 4 * 4 + 8;
+        for (size_t i = 0; last && i < 3 * nvert; ++i) {
+            uint16_t is, was;
+            memcpy(&is, x + 2 * i, 2);
+            memcpy(&was, last + 2 * i, 2);
+            is = (uint16_t)(is + was);
+            memcpy(x + 2 * i, &is, 2);
+        }
+        for (size_t i = 0; last && i < nvert; ++i)
+            stress[i] = (char)(stress[i] + last[stress - x + (long)i]);
+        last = x;
+        ++nframe;
+    }
+    assert_int_equal(nframe, 3);
+}
+
+static void a_page_holds_everything(void** unused) {
+    (void)unused;
+    char folder[64] = "/tmp/om_view_XXXXXX", path[128];
+    OmViewPage page = {.title = "a <b> & c",
+                       .story = "{\"words\":\"</script><script>alert(1)\"}\n",
+                       .back = "report.html"};
+    unsigned char pixel[2 * 2 * 3] = {0};
+    const OmPicture picture = {.width = 2, .height = 2, .nchannel = 3, .pixel = pixel};
+    Field f;
+    char* html;
+    size_t size;
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/view.html", folder);
+    assert_ok(open_field(&f));
+    assert_ok(om_view3d_add_scene(f.view, &page.messages));
+    pull_a_little(&f, &page.messages);
+    assert_ok(om_view_page_add_picture(&page, 0.5, "one \"</script>\"", &picture));
+    assert_ok(om_view_page_add_picture(&page, 1.5, "two", &picture));
+    assert_ok(om_view_page_save(&page, path));
+    assert_ok(om_file_read(path, 10000000, &html, &size));
+    assert_int_equal(strlen(html), size);
+    assert_int_equal(count(html, "<script"), 5);  // messages, story, pictures, three, the page's
+    assert_int_equal(count(html, "</script>"), 5);
+    assert_int_equal(count(html, "<title>a &lt;b&gt; &amp; c: omentum</title>"), 1);
+    assert_int_equal(count(html, "href=\"report.html\""), 1);
+    assert_int_equal(count(html, "\\u003c/script>\\u003cscript>alert(1)"), 1);
+    assert_int_equal(count(html, "\"png\":\"iVBOR"), 2);
+    assert_int_equal(count(html, "src=\"http") + count(html, "href=\"http"), 0);  // no network
+    const char* at = strstr(html, "id=\"messages\"");
+    char *packed = om_alloc(size, 1), *bytes = om_alloc(page.messages.len, 1);
+    uLongf n = page.messages.len;
+    const size_t npacked = decode(strchr(at, '>') + 1, packed);
+    assert_int_equal(uncompress((Bytef*)bytes, &n, (Bytef*)packed, npacked), Z_OK);
+    assert_int_equal(n, page.messages.len);
+    add_differences(bytes, n);
+    assert_memory_equal(bytes, page.messages.str, n);
+    om_free(packed);
+    om_free(bytes);
+    om_free(html);
+    om_view_page_done(&page);
+    close_field(&f);
+    assert_ok(om_path_remove(folder));
+}
+
+static OmStatus make_page(void* ctx) {
+    Field* f = ctx;
+    OmView3dDef def = om_view3d_default_def(&f->scene, f->body);
+    OmViewPage page = {.title = "x"};
+    OmView3d* view;
+    const OmViewNow now = {0};
+    OM_TRY(om_view3d_create(&def, &view));
+    OmStatus status = om_view3d_add_scene(view, &page.messages);
+    if (status == OM_OK) status = om_view3d_add_frame(view, &now, &page.messages);
+    if (status == OM_OK)
+        status = om_view3d_add_points(f->body, om_body_attached(f->body), OM_VIEW_BELIEVED,
+                                      &page.messages);
+    if (status == OM_OK) status = om_view_page_save(&page, "/dev/null/no");
+    if (status == OM_IO) status = OM_OK;
+    om_view_page_done(&page);
+    om_view3d_destroy(view);
+    return status;
+}
+
+static void failing_allocations_leak_nothing(void** unused) {
+    (void)unused;
+    Field f;
+    assert_ok(open_field(&f));
+    assert_true(test_failing_allocations(make_page, &f, test_stride(3)) > 5);
+    close_field(&f);
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(frames_hold_where_the_tissue_is),
+        cmocka_unit_test(live_frames_are_whole),
+        cmocka_unit_test(stresses_are_shares_of_the_largest),
+        cmocka_unit_test(points_are_the_attached_vertices),
+        cmocka_unit_test(a_page_holds_everything),
+        cmocka_unit_test(failing_allocations_leak_nothing),
+    };
+    return cmocka_run_group_tests(test, NULL, NULL);
+}
