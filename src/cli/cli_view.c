@@ -23,6 +23,12 @@ static const OmCliOption option[] = {
     OM_CLI_OPTION_QUIET,
 };
 
+static const OmCliKey result_key[] = {
+    {"visibility_end", "of a run: visible fraction of the ROI at its end, 0 to 1"},
+    {"actions", "of a run: carried out"},
+    {"force_truth_n", "of a run: largest force in the truth"},
+};
+
 void om_cli_view_wait(double origin, double time) {
     const double left = origin + time - om_clock_now();
     if (left <= 0) return;
@@ -154,6 +160,10 @@ int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
     if (s->out)
         printf("  report: %s/report.html; in three dimensions: %s/view.html\n", s->out, s->out);
     fflush(stdout);
+    om_cli_figure("visibility_end", result.visibility_end);
+    om_cli_figure("actions", result.naction);
+    om_cli_figure("force_truth_n", result.truth.force);
+    om_cli_reason(result.reason);
     const int code = result.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
     om_retract_result_done(&result);
     stay();
@@ -234,4 +244,6 @@ const OmCliVerb om_cli_verb_view = {
                "  omentum view scenes/sheet.yaml --free\n"
                "  omentum view scenes/belief.yaml --defras\n"
                "  omentum view scenes/sheet.yaml --free --listen 192.168.1.20 --token 8f3a21",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
 };
