@@ -2,11 +2,8 @@
 ///
 /// Every grasping point that is not above a believed attachment, and in reach of its arm, is tried in the simulation of
 /// the twin: grasp, pulls, and where the ROI is still hidden, both folds. No truth, no noise. Of the points that
-/// expose the ROI the three of lowest largest force, of these the one of fewest actions is chosen. Before that (ours,
-/// not in the thesis) the exposing points of lowest force are repeated in changed twins: attachments half as many and
-/// half more, half the modulus, friction on the ground, a grasp 1.7 mm beside. Points that expose the ROI in more of
-/// them come first, then points whose tissue stays nearer to the plan. The loop follows this plan first; what was tried
-/// is known to its planner (OmSituation.exposure).
+/// expose the ROI the three of lowest largest force, of these the one of fewest actions is chosen. The loop follows
+/// this plan first; what was tried is known to its planner (OmSituation.exposure).
 ///
 ///     OmPreplanDef def = om_preplan_default_def(&scene);
 ///     OmPreplan plan;
@@ -28,10 +25,6 @@ extern "C" {
     X(OM_PREPLAN_CHOSEN, "chosen", "is chosen")                                                \
     X(OM_PREPLAN_MORE_ACTIONS, "more_actions", "exposes the ROI, but takes more actions")      \
     X(OM_PREPLAN_MORE_FORCE, "more_force", "exposes the ROI, but with more force")             \
-    X(OM_PREPLAN_FRAGILE, "fragile",                                                           \
-      "exposes the ROI, but in fewer of the changed twins, or by longer motions there")        \
-    X(OM_PREPLAN_SPREAD, "spread",                                                             \
-      "exposes the ROI, but its tissue moves otherwise in a changed twin")                     \
     X(OM_PREPLAN_HIDDEN, "hidden", "leaves the ROI hidden up to the height limit")             \
     X(OM_PREPLAN_FORCE_LIMIT, "force_limit", "reaches the force limit before the ROI is seen") \
     X(OM_PREPLAN_ATTACHED, "attached", "is above attachment points")                           \
@@ -56,13 +49,6 @@ typedef struct OmPreplanPoint {  // a grasping point and the best that it reache
     double force;       // N, largest pull; -1: the twin's engine has no forces
     int naction;        // as the loop counts: reach, grasp, each pull, each fold
     int nstep;          // of the twin, of all sequences tried
-    int ntwin;  // changed twins in which the sequence was repeated; 0: the fields below are 0
-    int ntwin_exposed;  // of these, in which the ROI was exposed at the end, the distance below that of state 3
-    int ntwin_alike;  // of these, without more motion than in the believed twin
-    // m: largest distance, median of the surface, from the believed twin at the same step
-    double spread;
-    int warning;        // state of Alg. 5 that this distance would raise, 0 to 3
-    double force_most;  // N, largest pull in the changed twins
 } OmPreplanPoint;
 
 /// The result: a plain value, which may be copied.
@@ -85,7 +71,6 @@ typedef struct OmPreplanDef {
     const OmScene* scene;  // borrowed; only the twin's side of it is used
     int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
     int nlowest;  // of the exposing points this many of lowest force compete; default 3
-    int nagain;  // exposing points repeated in changed twins; default 6; 0: none, the thesis's choice
     // A file that keeps each finished trial: after a cancellation or a kill the same call continues from there, with
     // the same result; null (default): none. It stays: remove it once the plan is saved. Trials of another scene,
     // other settings or another version are discarded with a warning. Borrowed.

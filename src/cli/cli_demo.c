@@ -142,7 +142,6 @@ static OmStatus plan_before(Demo* d) {
     char path[1200];
     OmPreplanDef def = om_preplan_default_def(&d->scene);
     def.nworker = d->nworker;
-    def.nagain = 2;  // points tried again in changed twins: six take 15 s more
     def.trials = d->trials;
     OM_TRY(om_cli_trials_path(d->out, d->trials, sizeof d->trials));
     OM_TRY(om_preplan_run(&def, om_cli_progress(d->is_quiet), &d->plan));

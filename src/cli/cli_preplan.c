@@ -15,7 +15,6 @@ static const OmCliOption option[] = {
     {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
     {"--lowest", NULL, "N", "points of lowest force that compete by their actions", "3", NULL, 1,
      256},
-    {"--again", NULL, "N", "exposing points repeated in changed twins; 0: none", "6", NULL, 0, 256},
     {"--workers", NULL, "N", "grasping points in parallel", "one a processor", NULL, 0,
      OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
@@ -32,9 +31,6 @@ static const OmCliKey result_key[] = {
     {"visibility", "visible fraction of the ROI at the end, 0 to 1"},
     {"force_n", "largest pull, by the twin"},
     {"actions", "as a run counts them"},
-    {"twins", "in which the chosen point was repeated"},
-    {"twins_exposed", "of these, in which the ROI was exposed"},
-    {"spread_mm", "distance of the tissue in these twins from the plan"},
     {"steps", "of the twin"},
     {"wall_s", "time it took"},
 };
@@ -43,7 +39,7 @@ typedef struct Settings {
     OmScene scene;
     OmEngineSet engines;
     const char* out;
-    int nworker, nlowest, nagain;
+    int nworker, nlowest;
     bool is_quiet;
 } Settings;
 
@@ -80,9 +76,6 @@ static OmStatus print_result(const OmPreplan* plan, const char* out, double wall
     om_cli_figure("visibility", p->visibility);
     om_cli_figure("force_n", p->force);
     om_cli_figure("actions", p->naction);
-    om_cli_figure("twins", p->ntwin);
-    om_cli_figure("twins_exposed", p->ntwin_exposed);
-    om_cli_figure("spread_mm", 1e3 * p->spread);
     om_cli_figure("steps", (double)plan->nstep);
     om_cli_figure("wall_s", wall);
     om_cli_reason(plan->reason);
@@ -96,7 +89,6 @@ static int run(const Settings* s) {
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
     def.nlowest = s->nlowest;
-    if (s->nagain >= 0) def.nagain = s->nagain;
     OmPreplan* plan = om_calloc(1, sizeof *plan);
     if (!plan) return om_cli_fail("preplan", OM_NO_MEMORY);
     OmStatus status = om_folder_check(s->out, FOLDER_KIND);
@@ -122,10 +114,8 @@ static OmStatus read_options(const OmCliArgs* args, Settings* s) {
     s->out = om_cli_get(args, "--output");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
     s->nlowest = 3;
-    s->nagain = -1;
     OM_CHECK(s->out, OM_INVALID, "no output folder is given; add -o DIR");
     OM_TRY(om_cli_int(args, "--lowest", &s->nlowest));
-    OM_TRY(om_cli_int(args, "--again", &s->nagain));
     return om_cli_int(args, "--workers", &s->nworker);
 }
 
@@ -161,9 +151,7 @@ const OmCliVerb om_cli_verb_preplan = {
     .about =
         "Tries every grasping point that is not above a believed attachment in the simulation of the\n"
         "twin: pulls, and folds where the ROI is still hidden. Of the points that expose the ROI the\n"
-        "three of lowest force compete; the one of fewest actions is chosen. Before that the points of\n"
-        "lowest force are repeated in changed twins: points that expose the ROI in fewer of them lose, and\n"
-        "points whose tissue moves otherwise there. Writes plan.json, which\n"
+        "three of lowest force compete; the one of fewest actions is chosen. Writes plan.json, which\n"
         "omentum retract --plan follows, and report.html with the map of the grid. DIR must be new,\n"
         "empty, or hold an older plan. After Ctrl-C, SIGTERM or a kill DIR.trials keeps each finished\n"
         "trial, and the same command continues from there. Exit code 0: the chosen point exposes the ROI;\n"

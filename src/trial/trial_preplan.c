@@ -8,12 +8,12 @@
 // earlier, and the fold stops earlier. Times and forces are in doc/notes/defras.md.
 #include "omentum/trial_preplan.h"
 
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
 #include "omentum/world.h"
-#include "trial/trial_robust.h"
+#include "trial/trial_crew.h"
+#include "trial/trial_kept.h"
 
 #define PREPLAN_COOKIE 0x94e91a2
 
@@ -34,7 +34,7 @@ const char* om_preplan_verdict_text(OmPreplanVerdict v) {
 }
 
 OmPreplanDef om_preplan_default_def(const OmScene* scene) {
-    return (OmPreplanDef){.cookie = PREPLAN_COOKIE, .scene = scene, .nlowest = 3, .nagain = 6};
+    return (OmPreplanDef){.cookie = PREPLAN_COOKIE, .scene = scene, .nlowest = 3};
 }
 
 // ---- trying -----------------------------------------------------------------------------------------------
@@ -44,7 +44,6 @@ typedef struct Trying {
     OmPreplan* plan;
     Crew crew;
     Kept kept;
-    Trace trace[OM_PLAN_MAX_BLOCK];      // of the best sequence of each block
     int todo[OM_PLAN_MAX_BLOCK], ntodo;  // blocks to try
 } Trying;
 
@@ -71,71 +70,28 @@ static void list_points(Trying* t) {
     }
 }
 
-// A kept trial: this head, then tips and forces of the trace.
-typedef struct KeptPoint {
-    OmPreplanPoint point;
-    int32_t n, fold_step;
-} KeptPoint;
-
-static size_t kept_size(int n) { return sizeof(KeptPoint) + (size_t)n * 4 * sizeof(double); }
-
-static OmStatus keep_point(const Trying* t, int b) {
-    const Trace* trace = &t->trace[b];
-    const size_t size = kept_size(trace->n);
-    if (t->kept.fd < 0) return OM_OK;
-    char* data = om_calloc(size, 1);
-    if (!data) return OM_NO_MEMORY;
-    const KeptPoint head = {t->plan->point[b], trace->n, trace->fold_step};
-    memcpy(data, &head, sizeof head);
-    double* number = (double*)(void*)(data + sizeof head);
-    for (int i = 0; i < trace->n; ++i, number += 4) {
-        om_store3(number, 0, trace->tip[i]);
-        number[3] = trace->force[i];
-    }
-    const OmStatus status = om__kept_add(&t->kept, KEPT_POINTS, b, data, size);
-    om_free(data);
-    return status;
-}
-
 static bool is_sane(const OmPreplanPoint* p, const OmPreplanPoint* now) {
     return p->block == now->block && p->arm == now->arm &&
            (unsigned)p->verdict < OM_PREPLAN_NVERDICT && p->npull >= 0 &&
            p->npull <= OM_PLAN_MAX_HORIZON && isfinite(p->visibility) && isfinite(p->force) &&
-           p->ntwin == 0 &&
            (p->fold == OM_PLAN_PULL || p->fold == OM_PLAN_MOVE_AWAY || p->fold == OM_PLAN_MOVE_ROI);
 }
 
-// *is_there: the trial was kept.
-static OmStatus find_point(Trying* t, int b, bool* is_there) {
+// Was the trial kept?
+static bool find_point(Trying* t, int b) {
     size_t size;
-    KeptPoint head;
-    const char* data = om__kept_find(&t->kept, KEPT_POINTS, b, &size);
-    *is_there = false;
-    if (!data || size < sizeof head) return OM_OK;
-    memcpy(&head, data, sizeof head);
-    if (head.n < 0 || size != kept_size(head.n) || head.fold_step < 0 || head.fold_step > head.n ||
-        !is_sane(&head.point, &t->plan->point[b]))
-        return OM_OK;
-    for (int i = 0; i < head.n; ++i) {
-        double number[4];
-        memcpy(number, data + kept_size(i), sizeof number);
-        OM_TRY(om__trace_add(&t->trace[b], om_load3(number, 0), number[3]));
-    }
-    t->trace[b].fold_step = head.fold_step;
-    t->plan->point[b] = head.point;
-    *is_there = true;
-    return OM_OK;
+    OmPreplanPoint kept;
+    const void* data = om__kept_find(&t->kept, 0, b, &size);
+    if (!data || size != sizeof kept) return false;
+    memcpy(&kept, data, sizeof kept);
+    if (!is_sane(&kept, &t->plan->point[b])) return false;
+    t->plan->point[b] = kept;
+    return true;
 }
 
-static OmStatus try_block(Trying* t, Worker* w, OmPreplanPoint* p) {
-    Trace trace[2] = {{0}, {0}};
+static OmStatus try_block(const Worker* w, OmPreplanPoint* p) {
     AttemptResult r;
-    w->attempt.trace = trace;
-    OmStatus status = om__attempt_run(&w->attempt, p->arm, p->block, &r);
-    w->attempt.trace = NULL;
-    om__trace_done(&trace[1]);
-    t->trace[p->block] = trace[0];
-    OM_TRY(status);
+    OM_TRY(om__attempt_run(&w->attempt, p->arm, p->block, &r));
     if (!r.is_held) {
         p->verdict = r.is_in_reach ? OM_PREPLAN_NO_TISSUE : OM_PREPLAN_OUT_OF_REACH;
         return OM_OK;
@@ -155,47 +111,29 @@ static OmStatus try_block(Trying* t, Worker* w, OmPreplanPoint* p) {
 static OmStatus try_point(void* ctx, Worker* w, int i) {
     Trying* t = ctx;
     const int b = t->todo[i];
-    bool is_there;
-    OM_TRY(find_point(t, b, &is_there));
-    if (is_there) return OM_OK;
-    OM_TRY(try_block(t, w, &t->plan->point[b]));
-    return keep_point(t, b);
+    OmPreplanPoint* p = &t->plan->point[b];
+    if (find_point(t, b)) return OM_OK;
+    OM_TRY(try_block(w, p));
+    return t->kept.fd < 0 ? OM_OK : om__kept_add(&t->kept, 0, b, p, sizeof *p);
 }
 
 // ---- choosing -----------------------------------------------------------------------------------------------
 
 // Of lower force; between equals the fewer actions, then the lower block.
-bool om__preplan_is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b) {
+static bool is_gentler(const OmPreplanPoint* a, const OmPreplanPoint* b) {
     if (a->force != b->force) return a->force < b->force;
     return a->naction != b->naction ? a->naction < b->naction : a->block < b->block;
 }
 
-// Changed twins in which the point exposed nothing, then the warning state that its spread would raise, then the twins
-// in which it needed more motion: less is safer. Points that were not tried again come last.
-static int rank(const OmPreplanPoint* p) {
-    const int failed = p->ntwin - p->ntwin_exposed, longer = p->ntwin - p->ntwin_alike;
-    return p->ntwin == 0 ? INT_MAX : 10000 * failed + 1000 * p->warning + longer;
-}
-
-static int safest_rank(const OmPreplan* plan) {
-    int best = INT_MAX;
-    for (int b = 0; b < plan->n * plan->n; ++b) {
-        const OmPreplanPoint* p = &plan->point[b];
-        if (p->exposes && rank(p) < best) best = rank(p);
-    }
-    return best;
-}
-
-// The choice among exposing points: the safest; of these the `nlowest` of lowest force; of these the fewest actions.
+// The choice among exposing points: of the `nlowest` of lowest force the one of fewest actions.
 static void choose_exposing(OmPreplan* plan, int nlowest) {
-    const int safest = safest_rank(plan);
     OmPreplanPoint* best = NULL;
     for (int k = 0; k < nlowest; ++k) {
         OmPreplanPoint* next = NULL;
         for (int b = 0; b < plan->n * plan->n; ++b) {
             OmPreplanPoint* p = &plan->point[b];
-            if (p->exposes && rank(p) == safest && p->verdict != OM_PREPLAN_MORE_ACTIONS &&
-                (!next || om__preplan_is_gentler(p, next)))
+            if (p->exposes && p->verdict != OM_PREPLAN_MORE_ACTIONS &&
+                (!next || is_gentler(p, next)))
                 next = p;
         }
         if (!next) break;
@@ -205,13 +143,7 @@ static void choose_exposing(OmPreplan* plan, int nlowest) {
     for (int b = 0; b < plan->n * plan->n; ++b) {
         OmPreplanPoint* p = &plan->point[b];
         bool is_lowest = p->verdict == OM_PREPLAN_MORE_ACTIONS && p->naction > best->naction;
-        if (!p->exposes || is_lowest) continue;
-        p->verdict = OM_PREPLAN_MORE_FORCE;
-        if (p->ntwin == 0 || rank(p) == safest) continue;
-        const int failed = p->ntwin - p->ntwin_exposed,
-                  best_failed = best->ntwin - best->ntwin_exposed;
-        const bool is_fragile = failed > best_failed || p->warning <= best->warning;
-        p->verdict = is_fragile ? OM_PREPLAN_FRAGILE : OM_PREPLAN_SPREAD;
+        if (p->exposes && !is_lowest) p->verdict = OM_PREPLAN_MORE_FORCE;
     }
     best->verdict = OM_PREPLAN_CHOSEN;
     plan->chosen = best->block;
@@ -234,13 +166,6 @@ static const char* fold_words(OmPlanVerb fold) {
                                       : "";
 }
 
-static void write_spread(const OmPreplanPoint* p, char* reason, size_t size) {
-    const size_t n = strlen(reason);
-    if (p->ntwin > 0)
-        snprintf(reason + n, size - n, "; %d of %d changed twins agree, to %.1f mm",
-                 p->ntwin_exposed, p->ntwin, 1e3 * p->spread);
-}
-
 static void write_reason(OmPreplan* plan) {
     char force[32] = "";
     size_t size = sizeof plan->reason;
@@ -258,8 +183,6 @@ static void write_reason(OmPreplan* plan) {
                  ix, iy, p->arm + 1, p->npull, p->npull == 1 ? "" : "s", fold_words(p->fold),
                  p->npull == 1 && p->fold == OM_PLAN_PULL ? "s" : "", 100 * p->visibility,
                  p->naction, force);
-    if (plan->is_exposing)
-        write_spread(p, plan->reason, size);
     else
         snprintf(plan->reason, size,
                  "warning: none of %d points exposes %.0f %% of the ROI; the best is (%d,%d), "
@@ -289,8 +212,6 @@ static OmStatus check_def(const OmPreplanDef* def) {
     OM_CHECK(def->cookie == PREPLAN_COOKIE, OM_INVALID, "OmPreplanDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmPreplanDef.scene is null");
     OM_CHECK(def->nlowest >= 1, OM_INVALID, "OmPreplanDef.nlowest is %d; 1 or more", def->nlowest);
-    OM_CHECK(def->nagain >= 0 && def->nagain <= OM_PLAN_MAX_BLOCK, OM_INVALID,
-             "OmPreplanDef.nagain is %d; 0 to %d", def->nagain, OM_PLAN_MAX_BLOCK);
     OM_CHECK(def->nworker >= 0 && def->nworker <= OM_MAX_WORKER, OM_INVALID,
              "OmPreplanDef.nworker is %d; 0 to %d", def->nworker, OM_MAX_WORKER);
     const OmSceneTask* task = &def->scene->task;
@@ -316,7 +237,7 @@ static OmStatus begin(Trying* t, const OmProgress* progress) {
 static OmStatus key_of(const Trying* t, uint64_t* key) {
     static const char version[] = OM_VERSION;
     const OmSite* site = &t->crew.site;
-    const size_t layout[] = {sizeof(KeptPoint), sizeof(OmPreplanPoint)};
+    const size_t layout = sizeof(OmPreplanPoint);
     OmText text = {0};
     OmScene* scene = om_alloc(1, sizeof *scene);
     if (!scene) return OM_NO_MEMORY;
@@ -325,7 +246,7 @@ static OmStatus key_of(const Trying* t, uint64_t* key) {
     OmStatus status = om_scene_print(scene, false, &text);
     om_free(scene);
     uint64_t h = om_hash(version, sizeof version, OM_HASH_SEED);
-    h = om_hash(layout, sizeof layout, h);
+    h = om_hash(&layout, sizeof layout, h);
     if (status == OM_OK) h = om_hash(text.str, text.len, h);
     h = om_hash(site->mesh.x, 3 * sizeof(double) * (size_t)site->mesh.nvert, h);
     h = om_hash(site->mesh.tet_vert, 4 * sizeof(int) * (size_t)site->mesh.ntet, h);
@@ -363,11 +284,9 @@ OmStatus om_preplan_run(const OmPreplanDef* def, const OmProgress* progress, OmP
     OM_TRY_DONE(open_kept(t));
     list_points(t);
     OM_TRY_DONE(om__crew_run(&t->crew, t->ntodo, try_point, t, progress, "trying grasping points"));
-    OM_TRY_DONE(om__robust_run(def, &t->crew, t->trace, &t->kept, plan, progress));
     om__preplan_choose(plan, def->nlowest);
     status = OM_OK;
 done:
-    for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) om__trace_done(&t->trace[b]);
     om__kept_done(&t->kept);
     om__crew_done(&t->crew);
     om_free(t);

@@ -30,14 +30,6 @@ static void write_point(OmJson* j, const OmPreplanPoint* p, int n) {
         om_json_integer(j, "actions", p->naction);
         om_json_integer(j, "steps", p->nstep);
     }
-    if (p->ntwin > 0) {
-        om_json_integer(j, "twins", p->ntwin);
-        om_json_integer(j, "twins_exposed", p->ntwin_exposed);
-        om_json_integer(j, "twins_alike", p->ntwin_alike);
-        om_json_number(j, "spread_mm", 1e3 * p->spread);
-        om_json_integer(j, "warning", p->warning);
-        om_json_number(j, "force_most_n", p->force_most);
-    }
     om_json_close(j, '}');
 }
 
@@ -123,17 +115,6 @@ static OmStatus read_word(const Reader* r, const json_t* o, const char* key,
     return wrong(r, key, "one of the words of a plan file");
 }
 
-static OmStatus read_twins(const Reader* r, const json_t* o, OmPreplanPoint* p) {
-    double spread_mm;
-    OM_TRY(read_int(r, o, "twins", 1, 100, &p->ntwin));
-    OM_TRY(read_int(r, o, "twins_exposed", 0, p->ntwin, &p->ntwin_exposed));
-    OM_TRY(read_int(r, o, "twins_alike", 0, p->ntwin, &p->ntwin_alike));
-    OM_TRY(read_number(r, o, "spread_mm", 0, 1e6, &spread_mm));
-    OM_TRY(read_int(r, o, "warning", 0, 3, &p->warning));
-    p->spread = 1e-3 * spread_mm;
-    return read_number(r, o, "force_most_n", 0, 1e6, &p->force_most);
-}
-
 static OmStatus read_point(const Reader* r, const json_t* o, int n, OmPreplanPoint* p) {
     const char* word[OM_PREPLAN_NVERDICT];
     int ix, iy, arm, index;
@@ -157,8 +138,7 @@ static OmStatus read_point(const Reader* r, const json_t* o, int n, OmPreplanPoi
     OM_TRY(read_number(r, o, "visibility", 0, 1, &p->visibility));
     OM_TRY(read_number(r, o, "force_n", -1, 1e6, &p->force));
     OM_TRY(read_int(r, o, "actions", 3, 10000, &p->naction));
-    OM_TRY(read_int(r, o, "steps", 0, 1 << 30, &p->nstep));
-    return json_object_get(o, "twins") ? read_twins(r, o, p) : OM_OK;
+    return read_int(r, o, "steps", 0, 1 << 30, &p->nstep);
 }
 
 // The chosen point is the one with this verdict, and the only one.

@@ -8,23 +8,21 @@
 #include "omentum/report.h"
 #include "omentum/trial_preplan.h"
 
-enum { VISIBILITY, FORCE, ACTIONS, SPREAD, NMAP };
+enum { VISIBILITY, FORCE, ACTIONS, NMAP };
 
 static const char* const map_title[NMAP] = {"visibility of the ROI, %", "largest pull, N",
-                                            "actions",
-                                            "distance of the tissue in changed twins, mm"};
+                                            "actions"};
 
 static double value_of(const OmPreplanPoint* p, int map) {
     switch (map) {
     case VISIBILITY: return 100 * p->visibility;
     case FORCE: return p->force;
-    case ACTIONS: return p->naction;
-    default: return 1e3 * p->spread;
+    default: return p->naction;
     }
 }
 
 static bool has_value(const OmPreplanPoint* p, int map) {
-    return p->is_tried && (map != FORCE || p->force >= 0) && (map != SPREAD || p->ntwin > 0);
+    return p->is_tried && (map != FORCE || p->force >= 0);
 }
 
 static const char* short_word(const OmPreplanPoint* p) {
@@ -34,14 +32,6 @@ static const char* short_word(const OmPreplanPoint* p) {
     case OM_PREPLAN_OUT_OF_REACH: return "far";
     default: return "?";
     }
-}
-
-// Without points that were repeated there is no map of the spread.
-static bool has_map(const OmPreplan* plan, int map) {
-    if (map != SPREAD) return true;
-    for (int b = 0; b < plan->n * plan->n; ++b)
-        if (plan->point[b].ntwin > 0) return true;
-    return false;
 }
 
 // ---- text -----------------------------------------------------------------------------------------------------
@@ -56,7 +46,7 @@ static OmStatus print_map(const OmPreplan* plan, int map, OmText* text) {
             if (!p->is_tried)
                 snprintf(cell, sizeof cell, "%s", short_word(p));
             else
-                snprintf(cell, sizeof cell, "%.*f", map == FORCE ? 2 : map == SPREAD,
+                snprintf(cell, sizeof cell, "%.*f", map == FORCE ? 2 : 0,
                          value_of(p, map));
             if (p->is_tried && !has_value(p, map)) snprintf(cell, sizeof cell, "-");
             const char* mark = p->block == plan->chosen ? "<" : p->exposes ? "*" : " ";
@@ -71,7 +61,7 @@ static OmStatus print_map(const OmPreplan* plan, int map, OmText* text) {
 
 OmStatus om_preplan_print(const OmPreplan* plan, OmText* text) {
     for (int map = 0; map < NMAP; ++map)
-        if (has_map(plan, map)) OM_TRY(print_map(plan, map, text));
+        OM_TRY(print_map(plan, map, text));
     return om_text_append(
         text, "  < chosen, * exposes the ROI; held: above attachments, none: no tissue, "
               "far: out of reach\n");
@@ -121,7 +111,6 @@ OmStatus om_preplan_add_maps(const OmPreplan* plan, struct OmReport* report) {
     for (int map = 0; map < NMAP; ++map) {
         OmPicture picture;
         char caption[160];
-        if (!has_map(plan, map)) continue;
         snprintf(caption, sizeof caption,
                  "%s: darker is more. Red frame: chosen; green: exposes the ROI; grey: not tried",
                  map_title[map]);
@@ -139,10 +128,9 @@ static const char* fold_text(OmPlanVerb fold) {
 }
 
 static OmStatus add_points(OmReport* report, const OmPreplan* plan) {
-    enum { NCOL = 10, LEN = 64 };
-    static const char* const heading[NCOL] = {"point",    "arm",       "pulls",   "fold",
-                                              "ROI seen", "pull",      "actions", "changed twins",
-                                              "distance", "this point"};
+    enum { NCOL = 8, LEN = 64 };
+    static const char* const heading[NCOL] = {"point",    "arm",  "pulls",   "fold",
+                                              "ROI seen", "pull", "actions", "this point"};
     const int n = plan->n * plan->n;
     OmStatus status = OM_OK;
     char* text = NULL;
@@ -156,16 +144,13 @@ static OmStatus add_points(OmReport* report, const OmPreplan* plan) {
             cell[b * NCOL + k] = snprintf(c[k], LEN, "-") > 0 ? c[k] : NULL;
         snprintf(c[0], LEN, "(%d,%d)", b % plan->n + 1, b / plan->n + 1);
         if (p->arm >= 0) snprintf(c[1], LEN, "PSM%d", p->arm + 1);
-        snprintf(c[9], LEN, "%s", om_preplan_verdict_text(p->verdict));
+        snprintf(c[7], LEN, "%s", om_preplan_verdict_text(p->verdict));
         if (!p->is_tried) continue;
         snprintf(c[2], LEN, "%d", p->npull);
         snprintf(c[3], LEN, "%s", fold_text(p->fold));
         snprintf(c[4], LEN, "%.0f %%", 100 * p->visibility);
         if (p->force >= 0) snprintf(c[5], LEN, "%.2f N", p->force);
         snprintf(c[6], LEN, "%d", p->naction);
-        if (p->ntwin == 0) continue;
-        snprintf(c[7], LEN, "%d of %d", p->ntwin_exposed, p->ntwin);
-        snprintf(c[8], LEN, "%.1f mm", 1e3 * p->spread);
     }
     om_report_table(report, heading, NCOL, cell, n);
 done:
@@ -183,9 +168,8 @@ OmStatus om_preplan_save_report(const OmPreplan* plan, const char* path) {
     snprintf(
         text, sizeof text,
         "%d of %d grasping points were tried in the simulation of the twin; %d of them expose "
-        "%.0f %% of the ROI. Those with the lowest pull are repeated in changed twins; those that "
-        "expose the ROI in most of them, with the tissue near to the plan, compete. Of the three "
-        "with the lowest largest pull the one with the fewest actions is chosen.",
+        "%.0f %% of the ROI. Of the three with the lowest largest pull the one with the fewest "
+        "actions is chosen.",
         plan->ntried, plan->n * plan->n, plan->nexposing, 100 * plan->visibility);
     om_report_paragraph(&report, text);
     om_report_heading(&report,

@@ -55,7 +55,6 @@ static void facts_are_those_of_the_plan_before(void** state) {
     static OmPlan plan;
     OmPreplanDef def = om_preplan_default_def(&rig.scene);
     def.nworker = 1;
-    def.nagain = 0;
     assert_ok(om_preplan_run(&def, NULL, &preplan));
     OmAhead* ahead = make_ahead(3, 100000);
     OmLoop* loop = start_loop(NULL);

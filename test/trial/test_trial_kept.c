@@ -160,7 +160,6 @@ static OmStatus plan(const OmScene* scene, const char* trials, int nworker, Budg
     OmPreplanDef def = om_preplan_default_def(scene);
     const OmProgress progress = {count, budget};
     def.nworker = nworker;
-    def.nagain = 2;
     def.trials = trials;
     budget->nstep = 0;
     return om_preplan_run(&def, &progress, out);
@@ -175,7 +174,6 @@ static void a_stopped_plan_continues(void** state) {
     assert_ok(plan(&scene, NULL, 1, &all, &whole));
     const int total = all.nstep;
     assert_true(whole.is_exposing && whole.ntried >= 4 && total > 1000);
-    for (int b = 0, n = 0; b < 9; ++b) assert_true((n += whole.point[b].ntwin > 0) <= 2);
 
     OmStatus status = OM_CANCELLED;
     int nrun = 0;
@@ -188,10 +186,10 @@ static void a_stopped_plan_continues(void** state) {
     assert_true(nrun > 3);
     assert_memory_equal(&whole, &resumed, sizeof whole);
 
-    // all is kept: only the repetition in the believed twin, which the others are compared with, is left
+    // all is kept: nothing is left to do
     assert_ok(plan(&scene, trials, 1, &all, &resumed));
     assert_memory_equal(&whole, &resumed, sizeof whole);
-    assert_true(all.nstep < total / 3);
+    assert_true(all.nstep < total / 10);
 
     // another scene: its own trials
     OmScene other = scene;

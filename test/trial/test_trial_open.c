@@ -8,7 +8,6 @@ static OmPreplan plan;
 static void make_plan(const OmScene* scene) {
     OmPreplanDef def = om_preplan_default_def(scene);
     def.nworker = 1;
-    def.nagain = 0;
     assert_ok(om_preplan_run(&def, NULL, &plan));
 }
 

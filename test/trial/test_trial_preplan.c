@@ -6,14 +6,11 @@
 #include "test_folder.h"
 #include "trial/trial_attempt.h"
 
-#define NAGAIN 3  // fewer than by default: the test is quicker
-
 static OmPreplan plan, other;  // too large for a stack with the sanitizer
 
 static void run(const OmScene* scene, int nworker, OmPreplan* out) {
     OmPreplanDef def = om_preplan_default_def(scene);
     def.nworker = nworker;
-    def.nagain = NAGAIN;
     assert_ok(om_preplan_run(&def, NULL, out));
 }
 
@@ -36,18 +33,11 @@ static void a_plan_is_made(void** state) {
     assert_true(plan.is_exposing && plan.ntried >= 8 && plan.nexposing >= 4);
 }
 
-// The choice by its definition: of the safest exposing points, sort by force, take three, take the fewest actions.
-static int danger(const OmPreplanPoint* p) {
-    if (p->ntwin == 0) return 1000;
-    return 100 * (p->ntwin - p->ntwin_exposed) + 10 * p->warning + p->ntwin - p->ntwin_alike;
-}
-
+// The choice by its definition: sort the exposing points by force, take three, take the fewest actions.
 static int choose(const OmPreplan* p) {
-    int order[OM_PLAN_MAX_BLOCK], n = 0, least = 1000;
-    for (int b = 0; b < p->n * p->n; ++b)
-        if (p->point[b].exposes && danger(&p->point[b]) < least) least = danger(&p->point[b]);
+    int order[OM_PLAN_MAX_BLOCK], n = 0;
     for (int b = 0; b < p->n * p->n; ++b) {
-        if (!p->point[b].exposes || danger(&p->point[b]) > least) continue;
+        if (!p->point[b].exposes) continue;
         int k = n++;
         for (; k > 0; --k) {
             const OmPreplanPoint *x = &p->point[order[k - 1]], *y = &p->point[b];
@@ -74,11 +64,7 @@ static void the_choice_is_that_of_the_thesis(void** state) {
         if (is_held) continue;
         assert_int_equal(p->arm, b / plan.n <= 2 ? 0 : 1);
         if (p->verdict == OM_PREPLAN_MORE_ACTIONS) assert_true(p->naction > c->naction);
-        if (p->verdict == OM_PREPLAN_MORE_FORCE && p->ntwin > 0) assert_true(p->force >= c->force);
-        if (p->verdict == OM_PREPLAN_FRAGILE)
-            assert_true(p->ntwin_exposed < c->ntwin_exposed ||
-                        (p->warning == c->warning && p->ntwin_alike < c->ntwin_alike));
-        if (p->verdict == OM_PREPLAN_SPREAD) assert_true(p->warning > c->warning);
+        if (p->verdict == OM_PREPLAN_MORE_FORCE) assert_true(p->force >= c->force);
         if (p->exposes) {
             assert_true(p->visibility >= plan.visibility);
             assert_true(p->naction >= 2 + p->npull + (p->fold != OM_PLAN_PULL));
@@ -104,11 +90,6 @@ static void any_points_are_chosen_by_the_definition(void** state) {
             p->force = p->is_tried ? 0.1 * (1 + om_rng_below(&r, 6)) : 0;
             p->naction = p->is_tried ? 3 + (int)om_rng_below(&r, 4) : 0;
             p->visibility = om_rng_uniform(&r);
-            if (k % 2 == 0 || !p->exposes || om_rng_uniform(&r) < 0.3) continue;
-            p->ntwin = 5;
-            p->ntwin_exposed = 3 + (int)om_rng_below(&r, 3);
-            p->ntwin_alike = (int)om_rng_below(&r, (uint32_t)p->ntwin_exposed + 1);
-            p->warning = (int)om_rng_below(&r, 4);
         }
         om__preplan_choose(&other, 3);
         const int best = choose(&other);
@@ -120,45 +101,14 @@ static void any_points_are_chosen_by_the_definition(void** state) {
             const OmPreplanPoint* p = &other.point[b];
             assert_int_equal(p->verdict == OM_PREPLAN_CHOSEN, b == other.chosen);
             if (p->verdict == OM_PREPLAN_MORE_ACTIONS) assert_true(p->naction > c->naction);
-            const bool is_worse = p->exposes && p->ntwin > 0 && danger(p) > danger(c);
-            assert_int_equal(p->verdict == OM_PREPLAN_FRAGILE || p->verdict == OM_PREPLAN_SPREAD,
-                             is_worse);
-            if (is_worse)
-                assert_int_equal(p->verdict == OM_PREPLAN_SPREAD,
-                                 p->ntwin_exposed >= c->ntwin_exposed && p->warning > c->warning);
+            const bool is_other = p->exposes && b != other.chosen;
+            assert_int_equal(
+                p->verdict == OM_PREPLAN_MORE_ACTIONS || p->verdict == OM_PREPLAN_MORE_FORCE,
+                is_other);
             nfewer += p->exposes && p->force < c->force;
         }
     }
     assert_true(nfewer > 50);  // the choice is often not the point of lowest force
-}
-
-// The gentlest points are repeated, no more than wanted; without them the choice is the thesis's.
-static void the_gentlest_points_are_repeated(void** state) {
-    (void)state;
-    OmScene scene = small_scene();
-    int nagain = 0;
-    double most = 0;
-    for (int b = 0; b < 25; ++b) {
-        const OmPreplanPoint* p = &plan.point[b];
-        nagain += p->ntwin > 0;
-        if (p->ntwin == 0) continue;
-        assert_true(p->exposes && p->ntwin == 5 && p->spread >= 0 && p->force_most > 0);
-        assert_int_equal(p->warning, p->spread > 2e-3 ? p->spread > 4e-3 ? 2 : 1 : 0);
-        most = fmax(most, p->force);
-    }
-    assert_int_equal(nagain, plan.nexposing < NAGAIN ? plan.nexposing : NAGAIN);
-    for (int b = 0; b < 25; ++b)
-        if (plan.point[b].exposes && plan.point[b].ntwin == 0)
-            assert_true(plan.point[b].force >= most);
-    assert_non_null(strstr(plan.reason, "changed twins agree"));
-    if (!test_is_slow()) return;
-    OmPreplanDef def = om_preplan_default_def(&scene);
-    def.nagain = 0;
-    def.nworker = 1;
-    assert_ok(om_preplan_run(&def, NULL, &other));
-    assert_int_equal(other.chosen, choose(&other));
-    assert_null(strstr(other.reason, "twins"));
-    for (int b = 0; b < 25; ++b) assert_int_equal(other.point[b].ntwin, 0);
 }
 
 // Whatever the truth is, the plan is the same: only the belief counts.
@@ -228,7 +178,6 @@ static void a_wrong_definition_is_refused(void** state) {
 static OmStatus run_small(void* ctx) {
     OmPreplanDef def = om_preplan_default_def(ctx);
     def.nworker = 1;
-    def.nagain = 1;
     return om_preplan_run(&def, NULL, &other);
 }
 
@@ -318,11 +267,6 @@ static void the_file_is_read_as_written(void** state) {
         assert_int_equal(p->exposes, q->exposes);
         assert_near(p->force, q->force, 1e-8);
         assert_near(p->visibility, q->visibility, 1e-8);
-        assert_int_equal(p->ntwin, q->ntwin);
-        assert_int_equal(p->ntwin_exposed, q->ntwin_exposed);
-        assert_int_equal(p->ntwin_alike, q->ntwin_alike);
-        assert_int_equal(p->warning, q->warning);
-        assert_near(p->spread, q->spread, 1e-8);
     }
 }
 
@@ -335,8 +279,6 @@ static void a_damaged_file_is_refused(void** state) {
                   {"\"grid\": 5", "\"grid\": 4", "points"},
                   {"\"chosen\": ", "\"chosen\": 2", "chosen"},
                   {"\"verdict\": \"", "\"verdict\": \"x", "verdict"},
-                  {"\"twins_exposed\": ", "\"twins_exposed\": 9", "twins_exposed"},
-                  {"\"spread_mm\": ", "\"spread_mm\": -", "spread_mm"},
                   {"{", "", "not JSON"}};
     char* text;
     size_t size;
@@ -379,7 +321,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_plan_is_made),
         cmocka_unit_test(the_choice_is_that_of_the_thesis),
-        cmocka_unit_test(the_gentlest_points_are_repeated),
         cmocka_unit_test(any_points_are_chosen_by_the_definition),
         cmocka_slow_test(the_truth_is_not_seen),
         cmocka_unit_test(the_plan_has_the_actions_of_the_point),

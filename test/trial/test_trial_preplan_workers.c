@@ -8,7 +8,6 @@ static OmPreplan one, three;  // too large for a stack with the sanitizer
 static void run(const OmScene* scene, int nworker, OmPreplan* out) {
     OmPreplanDef def = om_preplan_default_def(scene);
     def.nworker = nworker;
-    def.nagain = test_count(2, 3);
     assert_ok(om_preplan_run(&def, NULL, out));
 }
 
