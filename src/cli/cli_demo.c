@@ -371,8 +371,8 @@ static OmStatus write_page(const Demo* d) {
     OM_TRY(make_path(d, "report.html", path, sizeof path));
     om_report_begin(&page, "From a CT to an exposed tumour", "omentum demo");
     om_report_verdict(&page, d->run.reason, d->run.is_exposed);
-    static const char* const name[] = {"watch the operation in three dimensions", "the operation, action by action",
-                                       "the patient model"};
+    static const char* const name[] = {"watch the operation in three dimensions",
+                                       "the operation, action by action", "the patient model"};
     static const char* const href[] = {"run/view.html", "run/report.html", "model/report.html"};
     om_report_links(&page, "Pages of their own: ", name, href, 3);
     OmStatus status = add_stages(&page, d);
@@ -410,7 +410,8 @@ static void print_result(const Demo* d) {
     printf("  twin: at most %.1f mm from the tissue; warning state 1 reached %d times, 2 %d times; "
            "%d estimates of the attachments adopted\n",
            1e3 * r->belief.mu_max, r->belief.nwarning[0], r->belief.nwarning[1], count_adopted(r));
-    printf("  %.0f s; report: %s/report.html; the run in three dimensions: %s/run/view.html\n", wall, d->out, d->out);
+    printf("  %.0f s; report: %s/report.html; the run in three dimensions: %s/run/view.html\n",
+           wall, d->out, d->out);
     om_cli_figure("dice_fat", d->dice[OM_CT_FAT]);
     om_cli_figure("dice_organ", d->dice[OM_CT_ORGAN]);
     om_cli_figure("dice_tumour", d->dice[OM_CT_TUMOUR]);

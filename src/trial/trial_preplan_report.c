@@ -46,8 +46,7 @@ static OmStatus print_map(const OmPreplan* plan, int map, OmText* text) {
             if (!p->is_tried)
                 snprintf(cell, sizeof cell, "%s", short_word(p));
             else
-                snprintf(cell, sizeof cell, "%.*f", map == FORCE ? 2 : 0,
-                         value_of(p, map));
+                snprintf(cell, sizeof cell, "%.*f", map == FORCE ? 2 : 0, value_of(p, map));
             if (p->is_tried && !has_value(p, map)) snprintf(cell, sizeof cell, "-");
             const char* mark = p->block == plan->chosen ? "<" : p->exposes ? "*" : " ";
             OM_TRY(om_text_append(text, " %5s%s", cell, mark));
@@ -60,8 +59,7 @@ static OmStatus print_map(const OmPreplan* plan, int map, OmText* text) {
 }
 
 OmStatus om_preplan_print(const OmPreplan* plan, OmText* text) {
-    for (int map = 0; map < NMAP; ++map)
-        OM_TRY(print_map(plan, map, text));
+    for (int map = 0; map < NMAP; ++map) OM_TRY(print_map(plan, map, text));
     return om_text_append(
         text, "  < chosen, * exposes the ROI; held: above attachments, none: no tissue, "
               "far: out of reach\n");

@@ -102,9 +102,9 @@ static void any_points_are_chosen_by_the_definition(void** state) {
             assert_int_equal(p->verdict == OM_PREPLAN_CHOSEN, b == other.chosen);
             if (p->verdict == OM_PREPLAN_MORE_ACTIONS) assert_true(p->naction > c->naction);
             const bool is_other = p->exposes && b != other.chosen;
-            assert_int_equal(
-                p->verdict == OM_PREPLAN_MORE_ACTIONS || p->verdict == OM_PREPLAN_MORE_FORCE,
-                is_other);
+            assert_int_equal(p->verdict == OM_PREPLAN_MORE_ACTIONS ||
+                                 p->verdict == OM_PREPLAN_MORE_FORCE,
+                             is_other);
             nfewer += p->exposes && p->force < c->force;
         }
     }
