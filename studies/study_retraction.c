@@ -8,7 +8,6 @@
 #include "studies/study_retraction_internal.h"
 
 #define COOKIE 0x57d17c60u
-#define NABLATED 20  // pairs of the ablations
 
 OmStudyRetractionDef om_study_retraction_default_def(const char* out_dir) {
     return (OmStudyRetractionDef){.out_dir = out_dir,
@@ -42,8 +41,7 @@ static OmStatus validate(const OmStudyRetractionDef* d) {
 
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row) {
     bool is_scenario = c->group == RETRACTION_SCENARIO;
-    bool is_ablated = is_scenario ||
-                      (c->group == RETRACTION_PAIR && c->number < RETRACTION_FIRST_PAIR + NABLATED);
+    bool is_ablated = is_scenario || c->group == RETRACTION_PAIR;
     if (row == OM_RETRACTION_DEFRAS) return true;
     if (c->group == RETRACTION_ALARM) return false;
     if (row == OM_RETRACTION_OPEN_LOOP || row == OM_RETRACTION_FRAS ||
@@ -124,7 +122,7 @@ static OmStatus list_cases(Retraction* s) {
                          : 0;
     for (int i = 0; i < RETRACTION_NLAB; ++i)
         add_other(s, om__retraction_lab(i, d->is_quick), i < nlab);
-    int npair = d->parts & OM_RETRACTION_RANDOM ? RETRACTION_NPAIR : is_ablated ? NABLATED : 0;
+    int npair = d->parts & OM_RETRACTION_RANDOM || is_ablated ? RETRACTION_NPAIR : 0;
     if (npair > 0) npair = count_wanted(d, npair, 1);
     for (int i = 0; i < RETRACTION_NPAIR; ++i)
         OM_TRY(add_pair(s, first_pair + i, i >= d->first && i < d->first + npair));
@@ -229,6 +227,25 @@ static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRo
     score->force_world = median(c->force_world, c->n);
 }
 
+// A row against DEFRAS on the pairs that count.
+static void compare_row(const Retraction* s, int row, Columns* c, OmRetractionDifference* d) {
+    *d = (OmRetractionDifference){.npair = 0};
+    c->n = 0;
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionResult* r = &s->result[i];
+        const RetractionRun *defras = &r->run[OM_RETRACTION_DEFRAS], *other = &r->run[row];
+        if (r->c.group != RETRACTION_PAIR || !om__retraction_counts(s, r) || !r->has_run[row] ||
+            !r->has_run[OM_RETRACTION_DEFRAS])
+            continue;
+        ++d->npair;
+        d->defras_only += defras->is_success && !other->is_success;
+        d->other_only += other->is_success && !defras->is_success;
+        if (defras->is_success && other->is_success)
+            c->actions[c->n++] = other->naction - defras->naction;
+    }
+    d->actions = median(c->actions, c->n);
+}
+
 static OmStatus summarise(Retraction* s) {
     OmStudyRetractionSummary* sum = &s->sum;
     OmRetractionScore* score[RETRACTION_NGROUP] = {sum->scenario, sum->random, sum->laboratory,
@@ -238,6 +255,8 @@ static OmStatus summarise(Retraction* s) {
     for (int g = 0; g < RETRACTION_NGROUP; ++g)
         for (int row = 0; row < OM_RETRACTION_NROW; ++row)
             score_row(s, (RetractionGroup)g, (OmRetractionRow)row, c, &score[g][row]);
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        compare_row(s, row, c, &sum->difference[row]);
     om_free(c);
     for (int g = 0; g < OM_RETRACTION_NGRID; ++g)
         for (int f = 0; f < OM_RETRACTION_NSHARE; ++f) {

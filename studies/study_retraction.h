@@ -78,6 +78,12 @@ typedef struct OmRetractionScore {
 #define OM_RETRACTION_NGRID 6   // 5 to 10 blocks along a side
 #define OM_RETRACTION_NSHARE 4  // 10, 30, 50, 70 % attached
 
+typedef struct OmRetractionDifference {  // a row against DEFRAS, over the counting pairs that both were run on
+    int npair;
+    int defras_only, other_only;  // of these, where one alone succeeds
+    double actions;               // median of its actions less those of DEFRAS, where both succeed; NAN: nowhere
+} OmRetractionDifference;
+
 typedef struct OmRetractionPairs {  // does a wrong belief matter?
     int ndrawn;                     // pairs whose plan was carried out open loop
     int nharmless;                  // it succeeded
@@ -87,6 +93,7 @@ typedef struct OmRetractionPairs {  // does a wrong belief matter?
 
 typedef struct OmStudyRetractionSummary {
     OmRetractionPairs pairs;
+    OmRetractionDifference difference[OM_RETRACTION_NROW];  // random pairs
     int nrun, nnew;  // runs and searches, and those made now
     double epsilon;  // N, of the scenarios
     OmRetractionScore scenario[OM_RETRACTION_NROW], random[OM_RETRACTION_NROW];

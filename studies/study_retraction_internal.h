@@ -71,7 +71,7 @@ typedef struct Retraction {
 extern const char* const om__retraction_row_name[OM_RETRACTION_NROW];   // for files
 extern const char* const om__retraction_row_title[OM_RETRACTION_NROW];  // for people
 
-// Is this row a run of the case? Ablations are of scenarios and of the first 20 pairs.
+// Is this row a run of the case? Ablations are of scenarios and of the first 40 pairs that count.
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row);
 // Of a pair: does the belief matter, and is it possible? Other cases count always, and all of a quick study.
 bool om__retraction_counts(const Retraction* s, const RetractionResult* r);

@@ -2,6 +2,7 @@
 // programs.
 #include <math.h>
 
+#include "studies/study_interval.h"
 #include "studies/study_retraction_internal.h"
 #include "studies/study_table.h"
 
@@ -20,8 +21,10 @@ static void add_number(StudyTable* t, const char* format, double value) {
 // ---- scores -----------------------------------------------------------------------------------------------
 
 static void add_score(const char* title, const OmRetractionScore* r, StudyTable* t) {
-    om__table_row(t, "%s|%d of %d|%d of %d%s", title, r->nsuccess, r->nrun, r->nsuccess_possible,
-                  r->npossible, r->nunknown ? ", some not searched" : "");
+    const StudyInterval i = om__interval_share(r->nsuccess, r->nrun);
+    om__table_row(t, "%s|%d of %d|%.0f to %.0f %%|%d of %d%s", title, r->nsuccess, r->nrun,
+                  100 * i.lo, 100 * i.hi, r->nsuccess_possible, r->npossible,
+                  r->nunknown ? ", some not searched" : "");
     add_number(t, "%.0f", 100 * r->visibility);
     add_number(t, "%.0f", 100 * r->visibility_mean);
     add_number(t, "%.3g", r->actions);
@@ -35,7 +38,7 @@ static void add_score(const char* title, const OmRetractionScore* r, StudyTable*
 static void add_scores(const char* title, const OmRetractionScore* score, const char* thesis,
                        OmReport* report) {
     StudyTable table = om__table(
-        "|success|of those possible|visibility, %, median|mean|actions|force events|F_max / epsilon, "
+        "|success|95 % interval|of those possible|visibility, %, median|mean|actions|force events|F_max / epsilon, "
         "twin|truth|updates to 2 mm, by attachments alone|false alarms");
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
         if (score[row].nrun > 0) add_score(om__retraction_row_title[row], &score[row], &table);
@@ -227,6 +230,24 @@ static void add_pairs(const Retraction* s, OmReport* report) {
         p->ndrawn - p->nharmless - p->nimpossible - p->ncounting, p->ncounting);
 }
 
+// What a module is worth: each row against DEFRAS, on the same pairs.
+static void add_differences(const Retraction* s, OmReport* report) {
+    StudyTable table =
+        om__table("against DEFRAS|pairs|DEFRAS alone succeeds|the other alone|success of DEFRAS "
+                  "more by|95 % interval|its actions more, median");
+    for (int row = OM_RETRACTION_DEFRAS + 1; row < OM_RETRACTION_NROW; ++row) {
+        const OmRetractionDifference* d = &s->sum.difference[row];
+        if (d->npair == 0) continue;
+        const StudyInterval i = om__interval_paired(d->defras_only, d->other_only, d->npair);
+        om__table_row(&table, "%s|%d|%d|%d|%+.0f points|%+.0f to %+.0f points",
+                      om__retraction_row_title[row], d->npair, d->defras_only, d->other_only,
+                      100 * i.value, 100 * i.lo, 100 * i.hi);
+        add_number(&table, "%+.3g", d->actions);
+    }
+    if (table.ncell > 0) om_report_heading(report, "What each module is worth");
+    om__table_end(&table, report);
+}
+
 static OmStatus add_parts(const Retraction* s, OmReport* report) {
     OM_TRY(add_plans(s, report));
     OM_TRY(add_group(
@@ -242,6 +263,7 @@ static OmStatus add_parts(const Retraction* s, OmReport* report) {
     add_pairs(s, report);
     OM_TRY(
         add_group(s, RETRACTION_PAIR, "Random pairs", s->sum.random, "Not in the thesis.", report));
+    add_differences(s, report);
     OM_TRY(add_group(s, RETRACTION_ALARM, "False alarms: right attachments, every other error",
                      s->sum.alarm, "Not in the thesis.", report));
     OM_TRY(add_group(s, RETRACTION_KIDNEY, "Kidney", s->sum.kidney, "Not in the thesis.", report));
@@ -352,6 +374,20 @@ static void put_scores_json(OmJson* json, const char* key, const OmRetractionSco
     om_json_close(json, '}');
 }
 
+static void put_difference_json(OmJson* json, const char* key, const OmRetractionDifference* d) {
+    if (d->npair == 0) return;
+    const StudyInterval i = om__interval_paired(d->defras_only, d->other_only, d->npair);
+    const double interval[2] = {i.lo, i.hi};
+    om_json_open(json, key, '{');
+    om_json_integer(json, "pairs", d->npair);
+    om_json_integer(json, "defras_only", d->defras_only);
+    om_json_integer(json, "other_only", d->other_only);
+    om_json_number(json, "difference", i.value);
+    om_json_numbers(json, "interval_95", interval, 2);
+    om_json_number(json, "actions_more", d->actions);
+    om_json_close(json, '}');
+}
+
 OmStatus om__retraction_write_json(const Retraction* s) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
@@ -366,6 +402,10 @@ OmStatus om__retraction_write_json(const Retraction* s) {
     om_json_integer(&json, "pairs_harmless", s->sum.pairs.nharmless);
     om_json_integer(&json, "pairs_impossible", s->sum.pairs.nimpossible);
     om_json_integer(&json, "pairs_counting", s->sum.pairs.ncounting);
+    om_json_open(&json, "differences", '{');
+    for (int row = OM_RETRACTION_DEFRAS + 1; row < OM_RETRACTION_NROW; ++row)
+        put_difference_json(&json, om__retraction_row_name[row], &s->sum.difference[row]);
+    om_json_close(&json, '}');
     put_scores_json(&json, "scenarios", s->sum.scenario);
     put_scores_json(&json, "random", s->sum.random);
     put_scores_json(&json, "laboratory", s->sum.laboratory);

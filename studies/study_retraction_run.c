@@ -18,6 +18,7 @@
 
 #define MAX_PATH 1024
 #define FRAME_EVERY 4
+#define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
 #define METHOD 22
@@ -443,13 +444,19 @@ static OmStatus list_open_loops(Retraction* s, Task* task, int* n) {
     return OM_OK;
 }
 
-// The other runs that are not in the folder yet: DEFRAS of all cases first.
+// The other runs that are not in the folder yet: DEFRAS of all cases first. Of pairs the first NABLATED are ablated.
 static OmStatus list_runs(Retraction* s, Task* task, int* n) {
     for (int row = 0; row < OM_RETRACTION_OPEN_LOOP; ++row)
-        for (int i = 0; i < s->ncase; ++i)
-            if (om__retraction_is_wanted(s, &s->result[i].c, (OmRetractionRow)row) &&
-                om__retraction_counts(s, &s->result[i]))
-                OM_TRY(list_task(s, &s->result[i], row, task, n));
+        for (int i = 0, npair = 0; i < s->ncase; ++i) {
+            const RetractionCase* c = &s->result[i].c;
+            if (!om__retraction_is_wanted(s, c, (OmRetractionRow)row) ||
+                !om__retraction_counts(s, &s->result[i]))
+                continue;
+            npair += c->group == RETRACTION_PAIR;
+            if (row > OM_RETRACTION_FRAS_TRUE && c->group == RETRACTION_PAIR && npair > NABLATED)
+                continue;
+            OM_TRY(list_task(s, &s->result[i], row, task, n));
+        }
     return OM_OK;
 }
 
