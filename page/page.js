@@ -123,6 +123,7 @@ class Stage {
     this.addLights();
     this.parts = scene.parts.map((p) => this.addPart(p));
     if (scene.task.has_ground) this.addGround();
+    this.frustum = this.addFrustum();
     this.dots = [this.addDots(0x56b4e9, 0.0035), this.addDots(0xf0e442, 0.0025)];
     this.dots[1].visible = false;
     this.color = 'plain';
@@ -163,6 +164,27 @@ class Stage {
     this.ground = group;
   }
 
+  // Lines from the endoscope's place to the corners of its picture.
+  addFrustum() {
+    const { position, quaternion, fov_y_deg, aspect } = this.scene.endoscope, far = 0.06, h = far * Math.tan(fov_y_deg * Math.PI / 360);
+    const corner = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * h * aspect, y * h, far]), line = [];
+    for (let k = 0; k < 4; ++k) line.push(0, 0, 0, ...corner[k], ...corner[k], ...corner[(k + 1) % 4]);
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(line), 3));
+    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x8fa3b5 }));
+    lines.position.fromArray(position);
+    lines.quaternion.fromArray(quaternion);
+    this.world.add(lines);
+    return lines;
+  }
+
+  // The grasping point over a place of the world, as commands name it, from 1.
+  blockAt(p) {
+    const { task, grid } = this.scene, half = task.half_size, d = new THREE.Vector3().subVectors(p, new THREE.Vector3().fromArray(task.position));
+    const at = [this.turned(1, 0, 0), this.turned(0, 1, 0)].map((axis, k) => Math.floor((d.dot(axis) + half[k]) / (2 * half[k]) * grid));
+    return at.every((i) => i >= 0 && i < grid) ? at.map((i) => i + 1) : null;
+  }
+
   addDots(color, size) {
     const disc = Object.assign(document.createElement('canvas'), { width: 32, height: 32 }), g = disc.getContext('2d');
     g.fillStyle = '#fff';
@@ -201,6 +223,7 @@ class Stage {
     } else {
       this.camera.position.copy(middle).add(this.turned(...from).multiplyScalar(r * 1.25));
     }
+    if (this.frustum) this.frustum.visible = name !== 'endoscope';
     this.camera.up.copy(this.turned(0, 0, 1));
     this.camera.updateProjectionMatrix();
     this.controls.update();
@@ -353,6 +376,13 @@ function showStory(story, goTo) {
   }
 }
 
+// Scroll a box, and not the page around it, as far as an element is out of its sight.
+function showIn(box, element) {
+  const outer = box.getBoundingClientRect(), inner = element.getBoundingClientRect();
+  if (inner.bottom > outer.bottom) box.scrollTop += inner.bottom - outer.bottom;
+  if (inner.top < outer.top) box.scrollTop += inner.top - outer.top;
+}
+
 // ---- the player -----------------------------------------------------------------------------------------------
 
 // What a recording and a live page share: the scene, its numbers, buttons.
@@ -413,10 +443,21 @@ class Page {
     const words = (warning ? WARNINGS[warning] + '. ' : '') + (now ? now.words : 'At rest, before the operation.');
     if ($('status').textContent !== words) $('status').textContent = words;
     $('status').style.color = warning ? ['', '#ffd166', '#ffa94d', '#ff8787'][warning] : '';
-    if (now && this.follows && now !== this.shown) now.li.scrollIntoView({ block: 'nearest' });
+    if (now && this.follows && now !== this.shown) showIn(document.querySelector('aside'), now.li);
     this.shown = now;
   }
 
+
+  showPicture() {
+    let now = null;
+    for (const p of this.pictures) if (p.time_s <= this.time + 1e-6) now = p;
+    $('endoscope').hidden = !now;
+    if (!now || this.picture === now) return;
+    this.picture = now;
+    $('picture').src = 'data:image/png;base64,' + now.png;
+    $('picture').alt = 'The endoscope: ' + now.caption;
+    $('caption').textContent = `Endoscope, ${now.time_s.toFixed(1)} s: ${now.caption}`;
+  }
 
   showLegend(most) {
     const unit = { displacement: [1000, 'mm', 'displacement'], stress: [0.001, 'kPa', 'von Mises stress'] }[this.stage.color];
@@ -467,6 +508,7 @@ class Page {
     }
     if (this.log.points[0].length || this.isLive) toggle('believed attachments', () => stage.dots[0].visible, (on) => { stage.dots[0].visible = on; });
     if (this.log.points[1].length || this.isLive) toggle('true attachments', () => stage.dots[1].visible, (on) => { stage.dots[1].visible = on; });
+    toggle('endoscope', () => stage.frustum.visible, (on) => { stage.frustum.visible = on; });
     $('cut').addEventListener('input', () => stage.setCut(Number($('cut').value)));
     $('ask').addEventListener('click', () => $('help').showModal());
     $('shot').addEventListener('click', () => this.saveShot());
@@ -573,16 +615,6 @@ class Player extends Page {
     this.chart.draw(this.time);
   }
 
-  showPicture() {
-    let now = null;
-    for (const p of this.pictures) if (p.time_s <= this.time + 1e-6) now = p;
-    $('endoscope').hidden = !now;
-    if (!now || this.picture === now) return;
-    this.picture = now;
-    $('picture').src = 'data:image/png;base64,' + now.png;
-    $('picture').alt = 'The endoscope: ' + now.caption;
-    $('caption').textContent = `Endoscope, ${now.time_s.toFixed(1)} s: ${now.caption}`;
-  }
 
   play(isPlaying) {
     this.isPlaying = isPlaying;
@@ -680,6 +712,10 @@ class Live extends Page {
       this.story.push(e);
       showStory([e], () => {});
     }
+    if (message.png) {
+      this.pictures = [message];
+      this.showPicture();
+    }
     if (message.say) this.say(message.say, message.is_error);
     if (message.mode) this.setMode(message);
     if ('control' in message) {
@@ -725,6 +761,29 @@ class Live extends Page {
     $('watching').hidden = this.hasControl;
   }
 
+  // ---- a click on the tissue of a run: what a person may say about the grasping point there
+
+  showChoices(event, p) {
+    const block = this.stage.blockAt(p);
+    $('choices').hidden = !block;
+    if (!block) return;
+    const box = $('stage').getBoundingClientRect();
+    $('choices').style.left = Math.min(event.clientX - box.left, box.width - 170) + 'px';
+    $('choices').style.top = Math.min(event.clientY - box.top, box.height - 190) + 'px';
+    $('choices').replaceChildren();
+    const words = [['forbid', 'do not grasp here'], ['allow', 'may be grasped'], ['attach', 'the tissue is held here'], ['free', 'it is free here']];
+    for (const [word, name] of words) {
+      const b = document.createElement('button');
+      b.textContent = name;
+      b.addEventListener('click', () => {
+        this.send(`${word} ${block[0]} ${block[1]}`);
+        $('choices').hidden = true;
+      });
+      $('choices').append(b);
+    }
+    $('choices').prepend(Object.assign(document.createElement('b'), { textContent: `Point (${block[0]},${block[1]})` }));
+  }
+
   // ---- a hand: grasp where the pointer meets the tissue, pull in the plane that faces the camera
 
   addHand() {
@@ -734,6 +793,18 @@ class Live extends Page {
       at.set((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
       ray.setFromCamera(at, this.stage.camera);
     };
+    let down = null;
+    canvas.addEventListener('pointerdown', (event) => {
+      down = [event.clientX, event.clientY];
+      $('choices').hidden = true;
+    });
+    canvas.addEventListener('pointerup', (event) => {
+      const isClick = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5;
+      if (this.mode !== 'run' || !this.hasControl || !isClick) return;
+      aim(event);
+      const hit = ray.intersectObject(this.stage.parts[0].mesh)[0];
+      if (hit) this.showChoices(event, hit.point);
+    });
     const line = (word) => `${word} ${p.x.toFixed(5)} ${p.y.toFixed(5)} ${p.z.toFixed(5)}`;
     canvas.addEventListener('pointerdown', (event) => {
       if (this.mode !== 'free' || !this.hasControl || event.button !== 0 || !event.isPrimary) return;

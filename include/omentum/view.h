@@ -26,7 +26,7 @@
 /// | 4 frame  | as 2, in pages: x and stress are differences from the part's last ones, if the box is the same   |
 ///
 /// JSON: title, parts (name, kind, nvert, ntri), endoscope (position, quaternion, fov_y_deg, aspect), task (position,
-/// quaternion, half_size, has_ground), force_threshold_n, visibility.
+/// quaternion, half_size, has_ground), grid, force_threshold_n, visibility.
 #ifndef OMENTUM_VIEW_H
 #define OMENTUM_VIEW_H
 
@@ -84,6 +84,10 @@ typedef struct OmViewPage {  // a recording; zero-initialise, om_view_page_done 
     OmText pictures;  // by om_view_page_add_picture
 } OmViewPage;
 
+/// Append a picture of the endoscope as JSON: time_s, caption, png (base64).
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_view_add_picture(double time, const char* caption, const OmPicture* picture,
+                                    OmText* text);
 /// A picture of the endoscope at a time of the recording.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_view_page_add_picture(OmViewPage* page, double time, const char* caption,

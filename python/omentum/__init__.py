@@ -39,6 +39,7 @@ from .rl import RlStep, RlTask, RlVec, rl_tasks
 from .scan import Scan
 from .scene import Body, Scene, Site
 from .tissue import Embedding, StepReport, Tissue, register_engine
+from .view import RunView, View, view
 from .volume import Volume, load_png, save_png
 from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Observation, RecordedWorld, ReplayedWorld, SimulatedWorld, World
 

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "omentum/image.h"
 #include "omentum/record_audit.h"
 #include "omentum/view.h"
 
@@ -12,6 +13,8 @@ struct RunView {
     OmViewServer* server;
     OmView3d* view;
     OmBody* twin;
+    OmWorld* world;
+    const OmSceneCamera* camera;
     OmAudit* audit;  // in memory
     size_t nsent;    // bytes of its text
     OmText message;
@@ -36,6 +39,8 @@ OmStatus om__run_view_create(OmViewServer* server, const OmScene* scene, OmWorld
     if (!v) return OM_NO_MEMORY;
     v->server = server;
     v->twin = twin;
+    v->world = world;
+    v->camera = &scene->endoscope;
     OmView3dDef def = om_view3d_default_def(scene, truth ? truth : twin);
     def.world = world;
     def.is_live = true;
@@ -85,6 +90,20 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     return send_points(v, v->twin, event->estimate->attached, OM_VIEW_BELIEVED);
 }
 
+// What the endoscope of a simulated world sees after an action.
+static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractAction* action) {
+    RunView* v = ctx;
+    OmPicture picture = {0};
+    (void)loop;
+    OmStatus status = om_world_render(v->world, v->camera->width, v->camera->height, &picture);
+    if (status < 0) return status == OM_UNAVAILABLE ? OM_OK : status;
+    v->message.len = 0;
+    status = om_view_add_picture(action->end, om_action_outcome_text(action->outcome), &picture,
+                                 &v->message);
+    om_picture_done(&picture);
+    return status < 0 ? status : send(v, OM_VIEW_LASTING);
+}
+
 static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* result) {
     (void)loop, (void)result;
     return send_lines(ctx);
@@ -92,7 +111,10 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
 
 int om__run_view_listeners(RunView* v, OmLoopListener listener[2]) {
     listener[0] = om_audit_listener(v->audit);
-    listener[1] =
-        (OmLoopListener){.ctx = v, .on_tick = on_tick, .on_update = on_update, .on_end = on_end};
+    listener[1] = (OmLoopListener){.ctx = v,
+                                   .on_tick = on_tick,
+                                   .on_update = on_update,
+                                   .on_action_end = on_action_end,
+                                   .on_end = on_end};
     return 2;
 }

@@ -9,19 +9,27 @@
 
 #include "view/view_internal.h"
 
-OmStatus om_view_page_add_picture(OmViewPage* page, double time, const char* caption,
-                                  const OmPicture* picture) {
-    OmText png = {0}, *t = &page->pictures;
+OmStatus om_view_add_picture(double time, const char* caption, const OmPicture* picture,
+                             OmText* t) {
+    OmText png = {0};
     const size_t begin = t->len;
     OmStatus status = om_picture_encode_png(picture, &png);
-    if (status == OM_OK)
-        status = om_text_append(t, "%s{\"time_s\":%.6g,\"caption\":", begin ? ",\n" : "", time);
+    if (status == OM_OK) status = om_text_append(t, "{\"time_s\":%.6g,\"caption\":", time);
     if (status == OM_OK) status = om_text_append_quoted(t, caption);
     if (status == OM_OK) status = om_text_append(t, ",\"png\":\"");
     if (status == OM_OK) status = om_text_append_base64(t, png.str, png.len);
     if (status == OM_OK) status = om_text_append(t, "\"}");
     if (status < 0) t->len = begin;
     om_text_done(&png);
+    return status;
+}
+
+OmStatus om_view_page_add_picture(OmViewPage* page, double time, const char* caption,
+                                  const OmPicture* picture) {
+    const size_t begin = page->pictures.len;
+    if (begin > 0) OM_TRY(om_text_append(&page->pictures, ",\n"));
+    OmStatus status = om_view_add_picture(time, caption, picture, &page->pictures);
+    if (status < 0) page->pictures.len = begin;
     return status;
 }
 

@@ -220,6 +220,7 @@ static OmStatus write_json(const OmView3d* v, OmText* text) {
     om_json_numbers(&json, "half_size", half, 3);
     om_json_bool(&json, "has_ground", site->has_ground);
     om_json_close(&json, '}');
+    om_json_integer(&json, "grid", task->grid);
     om_json_number(&json, "force_threshold_n", task->force_threshold);
     om_json_number(&json, "visibility", task->visibility);
     om_json_close(&json, '}');

@@ -112,6 +112,14 @@ async function testRun(browser) {
   await page.click('#commands button:has-text("approve")');
   await page.waitForFunction(() => live.log.frames.at(-1).time > 0.3);
   check(true, 'the approved plan begins');
+  await page.evaluate(() => scrollTo(0, 0));
+  const middle = await page.locator('#canvas').boundingBox();
+  await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height * 0.55);
+  await page.waitForFunction(() => !document.getElementById('choices').hidden);
+  const point = await page.locator('#choices b').textContent();
+  await page.click('#choices button:has-text("do not grasp here")');
+  await page.waitForFunction(() => /forbade point/.test(document.getElementById('said').textContent));
+  check((await said(page)).includes(point.replace('Point ', 'point ')), `a click forbids: ${await said(page)}`);
   await page.fill('#line', 'forbid 3 2');
   await page.press('#line', 'Enter');
   await page.waitForFunction(() => /forbade point \(3,2\)/.test(document.getElementById('said').textContent));
