@@ -78,10 +78,11 @@ typedef struct OmRetractionScore {
 #define OM_RETRACTION_NGRID 6   // 5 to 10 blocks along a side
 #define OM_RETRACTION_NSHARE 4  // 10, 30, 50, 70 % attached
 
-typedef struct OmRetractionDifference {  // a row against DEFRAS, over the counting pairs that both were run on
+typedef struct
+    OmRetractionDifference {  // a row against DEFRAS, over the counting pairs that both were run on
     int npair;
     int defras_only, other_only;  // of these, where one alone succeeds
-    double actions;               // median of its actions less those of DEFRAS, where both succeed; NAN: nowhere
+    double actions;  // median of its actions less those of DEFRAS, where both succeed; NAN: nowhere
 } OmRetractionDifference;
 
 typedef struct OmRetractionPairs {  // does a wrong belief matter?
@@ -94,8 +95,8 @@ typedef struct OmRetractionPairs {  // does a wrong belief matter?
 typedef struct OmStudyRetractionSummary {
     OmRetractionPairs pairs;
     OmRetractionDifference difference[OM_RETRACTION_NROW];  // random pairs
-    int nrun, nnew;  // runs and searches, and those made now
-    double epsilon;  // N, of the scenarios
+    int nrun, nnew;                                         // runs and searches, and those made now
+    double epsilon;                                         // N, of the scenarios
     OmRetractionScore scenario[OM_RETRACTION_NROW], random[OM_RETRACTION_NROW];
     OmRetractionScore laboratory[OM_RETRACTION_NROW], kidney[OM_RETRACTION_NROW];
     OmRetractionScore alarm[OM_RETRACTION_NROW];
