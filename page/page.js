@@ -244,6 +244,7 @@ class Stage {
     for (let i = 0; i < e.x.length; ++i) x.array[i] = e.box[i % 3] + e.box[3 + i % 3] * e.x[i] / 65535;
     x.needsUpdate = true;
     p.mesh.geometry.computeVertexNormals();
+    if (!e.stress) return;  // of live frames only some have it
     p.stress = e.stress;
     p.stressMost = e.stressMost;
   }

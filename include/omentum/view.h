@@ -43,8 +43,8 @@ typedef struct OmView3dDef {
     OmBody* body;          // whose tissue, organ and region of interest are drawn
     OmWorld* world;        // whose tools are drawn; default null: none
     bool has_stress;       // frames have the von Mises stress, if the engine has it; default true
-    // A frame has every part that moved since the scene, not since the last frame: a client may miss some; default
-    // false.
+    // A frame has every part that moved since the scene, not since the last frame, as a client may miss some, and one
+    // frame in six has the stress; default false.
     bool is_live;
 } OmView3dDef;
 

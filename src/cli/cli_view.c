@@ -200,7 +200,7 @@ static int view_scene(const OmCliArgs* args) {
     OmStatus status = serve(args, s.scene.name, NULL, &server);
     if (status < 0) return om_cli_fail("view", status);
     if (om_cli_get(args, "--free")) {
-        status = om_cli_view_free(&s, server);
+        status = om_cli_view_free(&s, server, om_cli_positional(args, 0));
         code = status == OM_CANCELLED ? OM_EXIT_OK : om_cli_fail("view", status);
     } else {
         code = om_cli_view_run(&s, server);

@@ -5,8 +5,9 @@
 #include "cli_retract.h"
 #include "omentum/view_server.h"
 
-// A hand in the simulation: grasp, pull, pause, step, reset, change the modulus. Until the user ends the program.
-OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server);
+// A hand in the simulation: grasp, pull, pause, step, reset, change the modulus, until the user ends the program. `path`
+// is the scene's file, which is read again when it changes.
+OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server, const char* path);
 // A run of the loop, supervised by the page.
 int om_cli_view_run(OmCliRetract* s, OmViewServer* server);
 // Say a sentence on every page. `is_error`: what was asked is not done.

@@ -8,8 +8,11 @@
 // | pause, go, step | stop, continue, one time step                                              |
 // | reset           | back to rest, with the scene's modulus                                     |
 // | young FACTOR    | the modulus times this factor, 0.1 to 10                                   |
+//
+// When the file of the scene changes, it is read again.
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "cli_view.h"
 #include "omentum/view.h"
@@ -30,7 +33,25 @@ typedef struct Hand {
     OmVec3 tip, goal;
     bool is_holding, is_paused, has_step, has_forces;
     double time, young;
+    const char* path;          // of the scene
+    double modified, checked;  // s: when its file was written, and when this was looked at
 } Hand;
+
+// When a file was written; 0: it is not there.
+static double modified_at(const char* path) {
+    struct stat info;
+    if (stat(path, &info) != 0) return 0;
+    return (double)info.st_mtim.tv_sec + 1e-9 * (double)info.st_mtim.tv_nsec;
+}
+
+// Looked at twice a second.
+static bool is_changed(Hand* h) {
+    const double now = om_clock_now();
+    if (now - h->checked < 0.5) return false;
+    h->checked = now;
+    const double modified = modified_at(h->path);
+    return modified != 0 && modified != h->modified;
+}
 
 static OmStatus send_scene(Hand* h) {
     OmView3dDef def = om_view3d_default_def(&h->s->scene, h->body);
@@ -154,11 +175,12 @@ static OmStatus step(Hand* h) {
     return status < 0 ? status : OM_OK;
 }
 
+// Until the scene's file is another one, or the user ends the program.
 static OmStatus live(Hand* h) {
     char line[OM_VIEW_MAX_LINE + 1];
     double last = -INFINITY, origin = om_clock_now(), begin = 0;
     const OmProgress* alive = om_cli_progress(true);
-    while (true) {
+    while (!is_changed(h)) {
         OM_TRY(om_progress_report(alive, "view", 0, 0));
         while (om_view_server_next(h->server, line, sizeof line)) OM_TRY(obey(h, line));
         // a hand that is not heard any more lets go
@@ -176,10 +198,12 @@ static OmStatus live(Hand* h) {
         }
         om_cli_view_wait(is_moving ? origin : now, is_moving ? h->time - begin : 0.02);
     }
+    return OM_OK;
 }
 
-OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server) {
-    Hand h = {.s = s, .server = server, .young = 1};
+// Make the tissue and let a hand move it, until the scene's file is another one.
+static OmStatus run(OmCliRetract* s, OmViewServer* server, const char* path, const char* notice) {
+    Hand h = {.s = s, .server = server, .path = path, .young = 1, .modified = modified_at(path)};
     const OmProgress* progress = om_cli_progress(s->is_quiet);
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_site_build(&s->scene, OM_SITE_TWIN, progress, &h.site));
@@ -192,7 +216,7 @@ OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server) {
     om_body_save(h.body, h.start);
     om_cli_progress_done();
     OM_TRY_DONE(send_scene(&h));
-    OM_TRY_DONE(say_young(&h));
+    OM_TRY_DONE(notice ? om_cli_view_say(server, notice, false) : say_young(&h));
     status = live(&h);
 done:
     om_view3d_destroy(h.view);
@@ -200,5 +224,43 @@ done:
     om_free(h.start);
     om_body_destroy(h.body);
     om_site_done(&h.site);
+    return status;
+}
+
+// The file is read again; where that fails the page says why, and the file is watched until it is another one.
+static OmStatus load_again(OmCliRetract* s, OmViewServer* server, const char* path) {
+    const OmEngineSet* engines = s->scene.engines;
+    while (true) {
+        OmScene scene;
+        const double modified = modified_at(path);
+        OmStatus status = om_scene_load(path, &scene);
+        scene.engines = engines;
+        if (status == OM_OK) {
+            s->scene = scene;
+            return OM_OK;
+        }
+        if (status != OM_INVALID && status != OM_IO) return status;
+        OM_TRY(om_cli_view_say(server, om_error_message(), true));
+        while (modified_at(path) == modified) {
+            OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
+            om_cli_view_wait(om_clock_now(), 0.2);
+        }
+    }
+}
+
+OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server, const char* path) {
+    OmStatus status = run(s, server, path, NULL);
+    while (status == OM_OK) {
+        status = load_again(s, server, path);
+        if (status == OM_OK) status = run(s, server, path, "the scene's file was read again");
+        if (status != OM_INVALID && status != OM_UNSAT) continue;
+        // a scene that is read but cannot be built: wait for the next version of its file
+        OM_TRY(om_cli_view_say(server, om_error_message(), true));
+        for (const double now = modified_at(path); modified_at(path) == now;) {
+            OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
+            om_cli_view_wait(om_clock_now(), 0.2);
+        }
+        status = OM_OK;
+    }
     return status;
 }

@@ -9,7 +9,8 @@
 #include "view/view_internal.h"
 
 #define COOKIE 0x71e3d0u
-#define REACH 0.15  // m
+#define REACH 0.15      // m
+#define STRESS_EVERY 6  // live frames: stresses of large meshes take longer than all else
 #define MOST 65535.0
 
 typedef struct Part {
@@ -280,7 +281,8 @@ static OmStatus put_stress(OmView3d* v, OmText* t) {
 
 static OmStatus put_part(OmView3d* v, int k, OmText* t, size_t begin) {
     Part* p = &v->part[k];
-    const bool has_stress = k == 0 && v->stress;
+    const bool is_due = !v->def.is_live || v->nframe % STRESS_EVERY == 0;
+    const bool has_stress = k == 0 && v->stress && is_due;
     OM_TRY(put_u32(t, (uint32_t)k));
     OM_TRY(put_u32(t, (uint32_t)p->surface->nvert));
     OM_TRY(put(t, p->lo, sizeof p->lo));

@@ -63,7 +63,9 @@ const findCorner = (page) => page.evaluate(() => {
 });
 
 async function testHand(browser) {
-  const { child, url } = await start([path.join(scenes, 'belief.yaml'), '--free', '--port', '0']);
+  const file = path.join(fs.mkdtempSync('/tmp/om_browser_'), 'scene.yaml'), text = fs.readFileSync(path.join(scenes, 'belief.yaml'), 'utf8');
+  fs.writeFileSync(file, text);
+  const { child, url } = await start([file, '--free', '--port', '0']);
   const page = await open(browser, url, { width: 640, height: 420 });
   await page.waitForFunction(() => window.live && live.mode === 'free' && live.hasControl && live.log.frames.length > 2);
   const before = await page.evaluate(() => Array.from(live.stage.parts[0].mesh.geometry.attributes.position.array));
@@ -95,6 +97,12 @@ async function testHand(browser) {
   await page.dispatchEvent('#young', 'change');
   await page.waitForFunction(() => /modulus 6 kPa/.test(document.getElementById('said').textContent));
   check(true, 'the modulus follows the slider');
+  fs.writeFileSync(file, text.replace('young: 3000', 'young: nonsense'));
+  await page.waitForFunction(() => /young/.test(document.getElementById('said').textContent));
+  fs.writeFileSync(file, text.replace('size_mm: [120, 120, 5]', 'size_mm: [80, 80, 5]'));
+  await page.waitForFunction(() => window.live && Math.abs(live.log.scene.task.half_size[0] - 0.04) < 1e-6);
+  check(true, 'a changed scene is loaded again');
+  fs.rmSync(path.dirname(file), { recursive: true });
   child.kill('SIGKILL');
   await page.waitForFunction(() => /not there any more/.test(document.getElementById('status').textContent));
   check(true, 'the page says that the program is gone');
