@@ -5,8 +5,8 @@
 #include "cli_retract.h"
 #include "omentum/view_server.h"
 
-// A hand in the simulation: grasp, pull, pause, step, reset, modulus, until the user ends the program. `path` is that of
-// the scene, which is read again when it changes.
+// A hand in the simulation: grasp, pull, pause, step, reset, modulus, until the user ends the program. `path` is
+// that of the scene, which is read again when it changes.
 OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server, const char* path);
 // A run of the loop, supervised by the page.
 int om_cli_view_run(OmCliRetract* s, OmViewServer* server);
