@@ -1,8 +1,11 @@
 // cli_view.c: omentum view: a recorded run, a run that is supervised, or a hand in the simulation, in a browser.
 #include "cli_view.h"
 
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "omentum/record_words.h"
 
@@ -12,6 +15,7 @@ static const OmCliOption option[] = {
     {"--free", NULL, NULL, "no robot: grasp and pull the tissue of a scene with the mouse"},
     {"--defras", NULL, NULL, "all of DEFRAS: plan before, monitor, updates, look-ahead"},
     {"--approve", NULL, NULL, "each plan waits for you"},
+    {"--open", NULL, NULL, "open the page in the browser of this machine"},
     {"--output", "-o", "DIR", "also write the record of the run, as omentum retract does"},
     {"--port", NULL, "N", "port of the page; 0: any that is free", "8765", NULL, 0, 65535},
     {"--listen", NULL, "ADDRESS", "address of an interface, for other machines; needs --token",
@@ -172,6 +176,16 @@ int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
 
 // ---- the verb ---------------------------------------------------------------------------------------------------
 
+// The browser of the desktop, where there is one; the address is printed anyway.
+static void open_browser(const char* url) {
+    const pid_t child = fork();
+    if (child != 0) return;
+    const int null = open("/dev/null", O_RDWR);
+    for (int fd = 0; null >= 0 && fd < 3; ++fd) dup2(null, fd);
+    execlp("xdg-open", "xdg-open", url, (char*)NULL);
+    _exit(127);
+}
+
 static OmStatus serve(const OmCliArgs* args, const char* title, const char* file,
                       OmViewServer** server) {
     OmViewServerDef def = om_view_server_default_def();
@@ -183,13 +197,23 @@ static OmStatus serve(const OmCliArgs* args, const char* title, const char* file
     OM_TRY(om_view_server_create(&def, server));
     printf("open %s in a browser; Ctrl-C ends the program\n", om_view_server_url(*server));
     fflush(stdout);
+    if (om_cli_get(args, "--open")) open_browser(om_view_server_url(*server));
     return OM_OK;
 }
 
-// A folder of a run has view.html; null: `name` is no such folder.
-static const char* find_recording(const char* name, char* path, size_t size) {
-    if (!name || om_path_join(name, "view.html", path, size) < 0) return NULL;
-    return om_path_exists(path) ? path : NULL;
+// The page of a run's folder, or of a demo's. `path` is empty if `name` is no folder.
+static OmStatus find_recording(const char* name, char* path, size_t size) {
+    struct stat info;
+    path[0] = 0;
+    if (!name || stat(name, &info) != 0 || !S_ISDIR(info.st_mode)) return OM_OK;
+    OM_TRY(om_path_join(name, "run/view.html", path, size));
+    if (om_path_exists(path)) return OM_OK;
+    OM_TRY(om_path_join(name, "view.html", path, size));
+    OM_CHECK(
+        om_path_exists(path), OM_INVALID,
+        "%s has no view.html: it is no folder of a run, or of an earlier version; run the scene again",
+        name);
+    return OM_OK;
 }
 
 static int view_scene(const OmCliArgs* args) {
@@ -216,9 +240,9 @@ static int om_cli_view(int argc, char** argv) {
     int npositional;
     if (om_cli_check(&args, 1, &npositional) < 0) return om_cli_usage("view");
     const char* name = om_cli_positional(&args, 0);
-    const char* file = find_recording(name, path, sizeof path);
-    if (!file) return view_scene(&args);
-    OmStatus status = serve(&args, name, file, &server);
+    OmStatus status = find_recording(name, path, sizeof path);
+    if (status == OM_OK && !path[0]) return view_scene(&args);
+    if (status == OM_OK) status = serve(&args, name, path, &server);
     if (status < 0) return om_cli_fail("view", status);
     om_cli_progress(true);  // takes Ctrl-C
     const int code = stay();

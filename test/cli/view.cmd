@@ -8,6 +8,10 @@ $ omentum view nowhere
 exit 3
 err nowhere
 
+$ mkdir empty && omentum view empty
+exit 3
+err empty has no view.html
+
 $ omentum view small.yaml --free --port 70000
 exit 2
 err --port
