@@ -101,6 +101,21 @@ typedef struct OmReportChart {  // zero-initialise; unused fields stay 0
 /// A chart of lines of any number of points, or of boxes; without a finite value, a sentence replaces it.
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
+typedef struct OmReportMap {  // a grid of numbers seen from above; zero-initialise
+    const char* title;        // with the unit
+    const char* axes;         // which way x and y run
+    int nx, ny;               // cells, 1 to 64 along a side
+    const double* value;  // NAN: none; rows with the lowest y first                     (ny x nx)
+    const char* const*
+        word;  // in cells without a value, or null                           (ny x nx)
+    // frames around a cell: 0, 1, or 2 of them; or null                                     (ny x nx)
+    const unsigned char* mark;
+    double least, most;  // values of the palest and of the darkest colour
+    int digits;          // after the point
+} OmReportMap;
+/// A map with a number in each cell, and its axes numbered from 1.
+OM_API void om_report_map(OmReport* report, const OmReportMap* map);
+
 /// Keep a failure of the caller's own work on a block, with its message (om_error_message): om_report_save
 /// returns it, as it returns the first failure of a block. A status >= 0 changes nothing.
 OM_API void om_report_fail(OmReport* report, OmStatus status);

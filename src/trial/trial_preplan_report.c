@@ -2,9 +2,9 @@
 //
 // Rows of a map are the rows of the grid with the highest y first, columns run along x, as one looks at the tissue from
 // above with PSM1 at the lower edge.
+#include <math.h>
 #include <string.h>
 
-#include "omentum/image.h"
 #include "omentum/report.h"
 #include "omentum/trial_preplan.h"
 
@@ -65,56 +65,36 @@ OmStatus om_preplan_print(const OmPreplan* plan, OmText* text) {
               "far: out of reach\n");
 }
 
-// ---- pictures ---------------------------------------------------------------------------------------------
-
-#define CELL 48  // pixels
-
-static void fill(OmPicture* picture, int x, int y, int size, const unsigned char rgb[3]) {
-    for (int j = y; j < y + size; ++j)
-        for (int i = x; i < x + size; ++i)
-            memcpy(&picture->pixel[3 * ((size_t)j * (size_t)picture->width + (size_t)i)], rgb, 3);
-}
-
-// From pale to blue with the value; grey: not tried.
-static void color_of(const OmPreplan* plan, const OmPreplanPoint* p, int map, double most,
-                     unsigned char rgb[3]) {
-    (void)plan;
-    memset(rgb, 215, 3);
-    if (!has_value(p, map)) return;
-    double s = most > 0 ? fmax(0, fmin(1, value_of(p, map) / most)) : 0;
-    rgb[0] = (unsigned char)(247 - 214 * s);
-    rgb[1] = (unsigned char)(251 - 138 * s);
-    rgb[2] = (unsigned char)(255 - 74 * s);
-}
-
-static OmStatus draw_map(const OmPreplan* plan, int map, OmPicture* picture) {
-    static const unsigned char red[3] = {200, 30, 30}, green[3] = {40, 140, 60},
-                               white[3] = {255, 255, 255};
-    double most = map == VISIBILITY ? 100 : 0;
-    for (int b = 0; b < plan->n * plan->n; ++b)
-        if (has_value(&plan->point[b], map)) most = fmax(most, value_of(&plan->point[b], map));
-    OM_TRY(om_picture_init(picture, plan->n * CELL, plan->n * CELL, 3));
-    for (int b = 0; b < plan->n * plan->n; ++b) {
-        const OmPreplanPoint* p = &plan->point[b];
-        int x = b % plan->n * CELL, y = (plan->n - 1 - b / plan->n) * CELL;
-        unsigned char rgb[3];
-        color_of(plan, p, map, most, rgb);
-        fill(picture, x, y, CELL, b == plan->chosen ? red : p->exposes ? green : white);
-        fill(picture, x + 3, y + 3, CELL - 6, rgb);
-    }
-    return OM_OK;
-}
+// ---- maps -------------------------------------------------------------------------------------------------
 
 OmStatus om_preplan_add_maps(const OmPreplan* plan, struct OmReport* report) {
+    double value[OM_PLAN_MAX_BLOCK];
+    const char* word[OM_PLAN_MAX_BLOCK];
+    unsigned char mark[OM_PLAN_MAX_BLOCK];
     for (int map = 0; map < NMAP; ++map) {
-        OmPicture picture;
-        char caption[160];
-        snprintf(caption, sizeof caption,
-                 "%s: darker is more. Red frame: chosen; green: exposes the ROI; grey: not tried",
-                 map_title[map]);
-        OM_TRY(draw_map(plan, map, &picture));
-        om_report_picture(report, &picture, caption);
-        om_picture_done(&picture);
+        char title[160];
+        OmReportMap m = {.title = title,
+                         .axes = "x to the right, y upwards; PSM1 at the lower edge",
+                         .nx = plan->n,
+                         .ny = plan->n,
+                         .value = value,
+                         .word = word,
+                         .mark = mark,
+                         .most = map == VISIBILITY ? 100 : 0,
+                         .digits = map == FORCE ? 2 : 0};
+        for (int b = 0; b < plan->n * plan->n; ++b) {
+            const OmPreplanPoint* p = &plan->point[b];
+            value[b] = has_value(p, map) ? value_of(p, map) : (double)NAN;
+            word[b] = p->is_tried ? "-" : short_word(p);
+            mark[b] = b == plan->chosen ? 2 : p->exposes;
+            if (has_value(p, map)) m.most = fmax(m.most, value[b]);
+        }
+        snprintf(
+            title, sizeof title, "%s%s", map_title[map],
+            map == 0
+                ? " (one frame: exposes the ROI; two: chosen; held: above an attachment; far: out of reach)"
+                : "");
+        om_report_map(report, &m);
     }
     return OM_OK;
 }
