@@ -441,7 +441,8 @@ class Page {
       if (e.time <= this.time + 1e-6) now = e;
     }
     if (now) now.li.classList.add('now');
-    const words = (warning ? WARNINGS[warning] + '. ' : '') + (now ? now.words : 'At rest, before the operation.');
+    const hint = this.isLive || this.time > 0 || this.isPlaying ? '' : 'Press play or the space bar to watch the operation. ';
+    const words = hint + (warning ? WARNINGS[warning] + '. ' : '') + (now ? now.words : 'At rest, before the operation.');
     if ($('status').textContent !== words) $('status').textContent = words;
     $('status').style.color = warning ? ['', '#ffd166', '#ffa94d', '#ff8787'][warning] : '';
     if (now && this.follows && now !== this.shown) showIn(document.querySelector('aside'), now.li);
