@@ -244,7 +244,6 @@ class Stage {
     for (let i = 0; i < e.x.length; ++i) x.array[i] = e.box[i % 3] + e.box[3 + i % 3] * e.x[i] / 65535;
     x.needsUpdate = true;
     p.mesh.geometry.computeVertexNormals();
-    if (!e.stress) return;  // of live frames only some have it
     p.stress = e.stress;
     p.stressMost = e.stressMost;
   }
@@ -452,7 +451,7 @@ class Page {
 
   showPicture() {
     let now = null;
-    for (const p of this.pictures) if (p.time_s <= this.time + 1e-6) now = p;
+    for (const p of this.pictures) if (this.isLive || p.time_s <= this.time + 1e-6) now = p;
     $('endoscope').hidden = !now;
     if (!now || this.picture === now) return;
     this.picture = now;
@@ -650,17 +649,12 @@ class Live extends Page {
     this.hasControl = false;
     document.body.classList.add('live');
     for (const id of ['play', 'speed', 'time']) $(id).hidden = true;
-    this.addKeys({ ' ': ['space', 'pause or go', () => this.send(this.isPaused ? 'go' : 'pause')] });
+    this.addKeys({ ' ': ['space', 'pause or go', () => this.send(this.isPaused || this.isHeld ? 'go' : 'pause')] });
     this.addHand();
-    setInterval(() => this.beat(), 500);
-    document.addEventListener('visibilitychange', () => this.beat());
   }
 
   get isLive() { return true; }
   get follows() { return true; }
-
-  // A page that nobody sees does not hold the controls.
-  beat() { if (!document.hidden) this.send('beat'); }
 
   send(line) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(line); }
 
@@ -678,23 +672,17 @@ class Live extends Page {
     const frames = this.log.frames, frame = frames[frames.length - 1];
     this.time = frame.time;
     this.log.scene.parts.forEach((_, k) => {
-      const list = this.log.ofPart[k];
-      if (!list) return;
-      const e = list[list.length - 1];
-      list.length = 0;
-      list.push(e);
+      const e = this.log.ofPart[k]?.at(-1);
+      if (!e) return;
       if (this.drawn[k] !== e) this.stage.movePart(k, e);
       this.drawn[k] = e;
     });
-    if (frames.length > MOST_FRAMES) {
-      frames.splice(0, MOST_FRAMES / 2);
-      this.chart.nseen = 0;
-    }
     this.showLegend(this.stage.paint());
     this.stage.draw();
     this.showNumbers(frame);
     if (this.mode === 'run') this.showStoryNow(frame.warning);
     this.showForce(frame);
+    this.showPicture();
     $('clock').textContent = `${this.time.toFixed(1)} s`;
     this.chart.draw(this.time);
   }
@@ -714,10 +702,7 @@ class Live extends Page {
       this.story.push(e);
       showStory([e], () => {});
     }
-    if (message.png) {
-      this.pictures = [message];
-      this.showPicture();
-    }
+    if (message.png) this.pictures = [message];
     if (message.say) this.say(message.say, message.is_error);
     if (message.mode) this.setMode(message);
     if ('control' in message) {
@@ -747,6 +732,7 @@ class Live extends Page {
       this.showControl();
     }
     this.isPaused = message.paused;
+    this.isHeld = message.holds;
     if (this.mode === 'run') {
       for (const line of ['yes', 'no']) this.buttons[line].hidden = !message.asks;
       this.buttons.pause.hidden = message.paused || message.holds;
@@ -857,6 +843,22 @@ class Live extends Page {
   }
 }
 
+// Of a live log only the last entry of each part is needed, with the last stress, and some hours of numbers. A tab that
+// nobody sees draws nothing, and must not grow either.
+function trim(log) {
+  for (const list of log.ofPart) {
+    if (!list || list.length < 2) continue;
+    const before = list[list.length - 2], e = list[list.length - 1];
+    if (!e.stress) Object.assign(e, { stress: before.stress, stressMost: before.stressMost });
+    list.splice(0, list.length - 1);
+  }
+  for (const list of log.points) list.splice(0, list.length - 1);
+  if (log.frames.length > MOST_FRAMES) {
+    log.frames.splice(0, MOST_FRAMES / 2);
+    if (window.live) window.live.chart.nseen = 0;
+  }
+}
+
 // A page of a server: the scene arrives first; after a lost connection the page begins again.
 function connect() {
   const socket = new WebSocket(`ws://${location.host}/${location.search}`, 'omentum');
@@ -871,13 +873,26 @@ function connect() {
       return;
     }
     const kind = readMessage(log, event.data, new DataView(event.data), 0);
+    trim(log);
     if (kind === 1 && !window.live) {
-      window.live = new Live(log, socket);
+      try {
+        window.live = new Live(log, socket);
+      } catch (error) {
+        $('status').textContent = 'This browser cannot draw the scene: ' + error.message;
+        socket.onclose = null;
+        socket.close();
+        return;
+      }
       for (const message of early) window.live.take(message);
     }
     if (kind === 2 && window.live) window.live.wantFrame();
     if (kind === 3 && window.live) window.live.showPoints();
   };
+  // A page that nobody sees is silent: another one may take the controls, and without one the run is paused.
+  const beat = () => { if (!document.hidden && socket.readyState === WebSocket.OPEN) socket.send('beat'); };
+  socket.onopen = beat;
+  setInterval(beat, 500);
+  document.addEventListener('visibilitychange', beat);
   socket.onclose = () => {
     $('status').textContent = 'The program is not there any more. This page looks for it once a second.';
     setTimeout(retry, 1000);
@@ -902,7 +917,10 @@ async function inflate(base64) {
 }
 
 async function begin() {
-  if (!$('back').getAttribute('href')) $('back').hidden = true;
+  const back = $('back').getAttribute('href');
+  if (!back) $('back').hidden = true;
+  // a server of this page alone has no report
+  if (back && location.protocol !== 'file:') fetch(back, { method: 'HEAD' }).then((r) => { $('back').hidden = !r.ok; }, () => { $('back').hidden = true; });
   if (!$('messages').textContent.trim()) {
     $('status').textContent = 'Waiting for the scene.';
     connect();

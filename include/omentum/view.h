@@ -70,6 +70,8 @@ OM_API OmStatus om_view3d_add_scene(OmView3d* view, OmText* messages);
 /// Append a frame: the parts that moved since the last one.
 /// @return OM_OK; OM_NO_MEMORY; as om_body_get_measure
 OM_API OmStatus om_view3d_add_frame(OmView3d* view, const OmViewNow* now, OmText* messages);
+/// Have the stress in the next live frame.
+OM_API void om_view3d_want_stress(OmView3d* view);
 /// Append attached vertices of a body as points where its tissue has them now.
 /// @param attached  as om_body_attached
 /// @return OM_OK; OM_NO_MEMORY

@@ -14,8 +14,8 @@
 ///     }
 ///     om_view_server_destroy(server);
 ///
-/// The first page has the controls: only its lines reach the program. Others watch; when it is closed the next one gets
-/// them. The page says "beat" twice a second.
+/// The first page has the controls: only its lines reach the program. Others watch; the next one gets them when it is
+/// closed, or was silent for two seconds. A page says "beat" twice a second. Of "move" lines in a row the last is kept.
 ///
 /// Safety: the server listens on this machine alone unless `address` says otherwise, and then needs a token. Requests
 /// with another Host or Origin are refused (a web page of a stranger could send them), scripts come from the server
@@ -65,7 +65,7 @@ OM_API void om_view_server_clear(OmViewServer* server);
 OM_API bool om_view_server_next(OmViewServer* server, char* line, size_t size);
 /// Pages that are open.
 OM_API int om_view_server_count(OmViewServer* server);
-/// s since the page with the controls was heard; INFINITY: no page has them
+/// s since a page with the controls was heard, or was closed; INFINITY: there was none yet
 OM_API double om_view_server_silence(OmViewServer* server);
 
 #ifdef __cplusplus

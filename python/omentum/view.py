@@ -103,7 +103,7 @@ class RunView:
 
 
 def _frame_of(page: str) -> str:
-    return (f'<iframe srcdoc="{html.escape(page)}" style="width:100%;height:620px;border:0" '
+    return (f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-downloads" style="width:100%;height:620px;border:0" '
             'title="A scene in three dimensions" allow="fullscreen"></iframe>')
 
 

@@ -352,6 +352,8 @@ static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
     s->scene.engines = &s->engines;
     OM_TRY(om_body_find_engine(&s->scene, OM_SITE_TWIN, &engine));
     const char* data = get(args, "--data");
+    s->has_layout = get(args, "--layout") != NULL;
+    s->has_data = data != NULL;
     if (data) {
         OM_CHECK(strlen(data) < sizeof s->scene.data_root, OM_INVALID,
                  "option --data: path too long");

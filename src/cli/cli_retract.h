@@ -16,6 +16,7 @@ typedef struct OmCliRetract {
     int first;    // of these
     int nworker;
     bool is_quiet;
+    bool has_layout, has_data;  // of the command line
     bool records_acquisitions, records_observations;
     bool is_defras, has_preplan, needs_approval, has_both_arms;
     OmPreplan preplan;

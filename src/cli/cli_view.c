@@ -142,7 +142,7 @@ static int stay(void) {
 }
 
 int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
-    Watch watch = {.server = server};
+    Watch watch = {.server = server, .was_heard = true};
     char trials[1200] = "";
     OmRetractResult result;
     OmStatus status = OM_OK;
@@ -180,6 +180,7 @@ int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
 static void open_browser(const char* url) {
     const pid_t child = fork();
     if (child != 0) return;
+    setsid();  // Ctrl-C is not for it
     const int null = open("/dev/null", O_RDWR);
     for (int fd = 0; null >= 0 && fd < 3; ++fd) dup2(null, fd);
     execlp("xdg-open", "xdg-open", url, (char*)NULL);
@@ -242,9 +243,9 @@ static int om_cli_view(int argc, char** argv) {
     const char* name = om_cli_positional(&args, 0);
     OmStatus status = find_recording(name, path, sizeof path);
     if (status == OM_OK && !path[0]) return view_scene(&args);
+    om_cli_progress(true);  // takes Ctrl-C
     if (status == OM_OK) status = serve(&args, name, path, &server);
     if (status < 0) return om_cli_fail("view", status);
-    om_cli_progress(true);  // takes Ctrl-C
     const int code = stay();
     om_view_server_destroy(server);
     return code;

@@ -53,6 +53,12 @@ static bool is_changed(Hand* h) {
     return modified != 0 && modified != h->modified;
 }
 
+static OmStatus say_mode(const Hand* h) {
+    const char* mode = h->is_paused ? "{\"mode\":\"free\",\"paused\":true}"
+                                    : "{\"mode\":\"free\",\"paused\":false}";
+    return om_view_server_publish(h->server, OM_VIEW_LASTING, mode, strlen(mode));
+}
+
 static OmStatus send_scene(Hand* h) {
     OmView3dDef def = om_view3d_default_def(&h->s->scene, h->body);
     def.is_live = true;
@@ -66,8 +72,7 @@ static OmStatus send_scene(Hand* h) {
     h->message.len = 0;
     OM_TRY(om_view3d_add_points(h->body, om_body_attached(h->body), OM_VIEW_BELIEVED, &h->message));
     OM_TRY(om_view_server_publish(h->server, OM_VIEW_LASTING, h->message.str, h->message.len));
-    const char* mode = "{\"mode\":\"free\"}";
-    return om_view_server_publish(h->server, OM_VIEW_LASTING, mode, strlen(mode));
+    return say_mode(h);
 }
 
 static OmStatus send_frame(Hand* h) {
@@ -98,8 +103,10 @@ static OmStatus grasp(Hand* h, OmVec3 at) {
     const OmPose tip = {at, h->site.pose_world_task.q};
     if (h->is_holding) om_body_release(h->body, 0);
     h->is_holding = false;
-    OM_TRY(om_body_grasp(h->body, 0, tip, h->s->scene.task.grasp_radius, &nheld));
-    if (nheld == 0) return om_cli_view_say(h->server, "no tissue there", true);
+    const OmStatus status = om_body_grasp(h->body, 0, tip, h->s->scene.task.grasp_radius, &nheld);
+    if (status == OM_INVALID || (status >= 0 && nheld == 0))
+        return om_cli_view_say(h->server, "no free tissue there to grasp", true);
+    OM_TRY(status);
     h->is_holding = true;
     h->tip = h->goal = at;
     return OM_OK;
@@ -112,7 +119,6 @@ static OmStatus reset(Hand* h) {
     if (h->young != 1) OM_TRY(om_body_set_young(h->body, &h->s->scene, 1));
     h->young = 1;
     om_body_restore(h->body, h->start);
-    OM_TRY(send_scene(h));
     return om_cli_view_say(h->server, "back at rest", false);
 }
 
@@ -148,11 +154,12 @@ static OmStatus obey(Hand* h, const char* line) {
     }
     if (is_word(line, "pause") || is_word(line, "go")) {
         h->is_paused = line[0] == 'p';
+        OM_TRY(say_mode(h));
         return om_cli_view_say(h->server, h->is_paused ? "paused" : "the tissue moves", false);
     }
     if (is_word(line, "step")) {
         h->is_paused = h->has_step = true;
-        return OM_OK;
+        return say_mode(h);
     }
     if (is_word(line, "reset")) return reset(h);
     if (sscanf(line, "young %lf", &factor) == 1 && factor >= 0.1 && factor <= 10)
@@ -202,8 +209,11 @@ static OmStatus live(Hand* h) {
 }
 
 // Make the tissue and let a hand move it, until the scene's file is another one.
-static OmStatus run(OmCliRetract* s, OmViewServer* server, const char* path, const char* notice) {
-    Hand h = {.s = s, .server = server, .path = path, .young = 1, .modified = modified_at(path)};
+// `modified`: when the file that the scene was read from was written.
+static OmStatus run(OmCliRetract* s, OmViewServer* server, const char* path, double modified,
+                    const char* notice) {
+    Hand h = {.s = s, .server = server, .path = path, .young = 1, .modified = modified};
+    char line[OM_VIEW_MAX_LINE + 1];
     const OmProgress* progress = om_cli_progress(s->is_quiet);
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_site_build(&s->scene, OM_SITE_TWIN, progress, &h.site));
@@ -217,6 +227,8 @@ static OmStatus run(OmCliRetract* s, OmViewServer* server, const char* path, con
     om_cli_progress_done();
     OM_TRY_DONE(send_scene(&h));
     OM_TRY_DONE(notice ? om_cli_view_say(server, notice, false) : say_young(&h));
+    while (om_view_server_next(server, line, sizeof line)) {
+    }  // they were of an earlier scene
     status = live(&h);
 done:
     om_view3d_destroy(h.view);
@@ -227,40 +239,46 @@ done:
     return status;
 }
 
-// The file is read again; where that fails the page says why, and the file is watched until it is another one.
-static OmStatus load_again(OmCliRetract* s, OmViewServer* server, const char* path) {
-    const OmEngineSet* engines = s->scene.engines;
+// Until the file is another one than it was at `modified`.
+static OmStatus wait_for_change(const char* path, double modified) {
+    while (modified_at(path) == modified) {
+        OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
+        om_cli_view_wait(om_clock_now(), 0.2);
+    }
+    return OM_OK;
+}
+
+// Read the file again, with the layout and the folder of data of the command line. Where that fails the page says why,
+// and the file is watched until it is another one.
+static OmStatus load_again(OmCliRetract* s, OmViewServer* server, const char* path,
+                           double* modified) {
     while (true) {
         OmScene scene;
-        const double modified = modified_at(path);
+        *modified = modified_at(path);
         OmStatus status = om_scene_load(path, &scene);
-        scene.engines = engines;
         if (status == OM_OK) {
+            scene.engines = s->scene.engines;
+            if (s->has_layout) scene.seed = s->scene.seed;
+            if (s->has_data) memcpy(scene.data_root, s->scene.data_root, sizeof scene.data_root);
             s->scene = scene;
             return OM_OK;
         }
         if (status != OM_INVALID && status != OM_IO) return status;
         OM_TRY(om_cli_view_say(server, om_error_message(), true));
-        while (modified_at(path) == modified) {
-            OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
-            om_cli_view_wait(om_clock_now(), 0.2);
-        }
+        OM_TRY(wait_for_change(path, *modified));
     }
 }
 
 OmStatus om_cli_view_free(OmCliRetract* s, OmViewServer* server, const char* path) {
-    OmStatus status = run(s, server, path, NULL);
+    double modified = modified_at(path);
+    OmStatus status = run(s, server, path, modified, NULL);
     while (status == OM_OK) {
-        status = load_again(s, server, path);
-        if (status == OM_OK) status = run(s, server, path, "the scene's file was read again");
+        OM_TRY(load_again(s, server, path, &modified));
+        status = run(s, server, path, modified, "the scene's file was read again");
         if (status != OM_INVALID && status != OM_UNSAT) continue;
-        // a scene that is read but cannot be built: wait for the next version of its file
+        // a scene that is read but cannot be built
         OM_TRY(om_cli_view_say(server, om_error_message(), true));
-        for (const double now = modified_at(path); modified_at(path) == now;) {
-            OM_TRY(om_progress_report(om_cli_progress(true), "view", 0, 0));
-            om_cli_view_wait(om_clock_now(), 0.2);
-        }
-        status = OM_OK;
+        status = wait_for_change(path, modified);
     }
     return status;
 }

@@ -72,15 +72,18 @@ static OmStatus send_lines(RunView* v) {
     return OM_OK;
 }
 
-static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
-    RunView* v = ctx;
+static OmStatus send_frame(RunView* v, const OmRetractSample* now) {
     const OmViewNow n = {now->time, now->visibility, now->force,  now->force_world,
                          now->mu,   now->height,     now->warning};
-    OM_TRY(send_lines(v));
-    if (om_loop_ntick(loop) % EVERY) return OM_OK;
     v->message.len = 0;
     OM_TRY(om_view3d_add_frame(v->view, &n, &v->message));
     return send(v, OM_VIEW_NEWEST);
+}
+
+static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
+    RunView* v = ctx;
+    OM_TRY(send_lines(v));
+    return om_loop_ntick(loop) % EVERY ? OM_OK : send_frame(v, now);
 }
 
 static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
@@ -105,8 +108,13 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
 }
 
 static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* result) {
-    (void)loop, (void)result;
-    return send_lines(ctx);
+    // the last frame stays: pages that are opened later have it alone
+    RunView* v = ctx;
+    const OmRetractSample now = om_loop_sample(loop);
+    (void)result;
+    om_view3d_want_stress(v->view);
+    OM_TRY(send_frame(v, &now));
+    return send_lines(v);
 }
 
 int om__run_view_listeners(RunView* v, OmLoopListener listener[2]) {

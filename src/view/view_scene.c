@@ -32,6 +32,7 @@ struct OmView3d {
     Part part[VIEW_MAX_PART];
     int npart;
     uint32_t nframe;
+    bool wants_stress;  // in the next frame
 };
 
 // ---- bytes --------------------------------------------------------------------------------------------------
@@ -281,7 +282,7 @@ static OmStatus put_stress(OmView3d* v, OmText* t) {
 
 static OmStatus put_part(OmView3d* v, int k, OmText* t, size_t begin) {
     Part* p = &v->part[k];
-    const bool is_due = !v->def.is_live || v->nframe % STRESS_EVERY == 0;
+    const bool is_due = !v->def.is_live || v->wants_stress || v->nframe % STRESS_EVERY == 0;
     const bool has_stress = k == 0 && v->stress && is_due;
     OM_TRY(put_u32(t, (uint32_t)k));
     OM_TRY(put_u32(t, (uint32_t)p->surface->nvert));
@@ -331,8 +332,11 @@ OmStatus om_view3d_add_frame(OmView3d* v, const OmViewNow* now, OmText* messages
         v->part[k].now = last;
     }
     ++v->nframe;
+    v->wants_stress = false;
     return OM_OK;
 }
+
+void om_view3d_want_stress(OmView3d* v) { v->wants_stress = true; }
 
 OmStatus om_view3d_add_points(const OmBody* body, const unsigned char* attached, OmViewPoints kind,
                               OmText* messages) {

@@ -18,6 +18,9 @@
 
 #define COOKIE 0x71e35e7u
 #define MAX_LINES 64  // that wait for the program
+#define COOKIE_NAME "omentum_token"
+#define BODY_TIME 30  // s that a client may take for one chunk
+#define SILENCE 2.0   // s after which another page may take the controls
 #define CHUNK 16384   // bytes of a file in one write
 #define MAX_CLIENT 32
 
@@ -81,19 +84,29 @@ static bool is_token(const OmViewServer* s, const char* given) {
     return !differs && given[0];
 }
 
-// "token=..." of the address or of a cookie.
+// Other programs of this host may have set cookies, too.
+static bool has_cookie(const OmViewServer* s, struct lws* wsi) {
+    char text[4096];
+    const size_t n = strlen(COOKIE_NAME "=");
+    if (lws_hdr_copy(wsi, text, sizeof text, WSI_TOKEN_HTTP_COOKIE) <= 0) return false;
+    for (char* at = text; at;) {
+        at += strspn(at, " ");
+        char* end = strchr(at, ';');
+        if (end) *end = 0;
+        if (strncmp(at, COOKIE_NAME "=", n) == 0 && is_token(s, at + n)) return true;
+        at = end ? end + 1 : NULL;
+    }
+    return false;
+}
+
+// "token=..." of the address, or the cookie that was set with it.
 static bool knows_token(const OmViewServer* s, struct lws* wsi) {
     char text[256];
     if (!s->token[0]) return true;
     for (int k = 0; lws_hdr_copy_fragment(wsi, text, sizeof text, WSI_TOKEN_HTTP_URI_ARGS, k) > 0;
          ++k)
         if (strncmp(text, "token=", 6) == 0 && is_token(s, text + 6)) return true;
-    if (lws_hdr_copy(wsi, text, sizeof text, WSI_TOKEN_HTTP_COOKIE) <= 0) return false;
-    const char* at = strstr(text, "token=");
-    if (!at || (at > text && at[-1] != ' ' && at[-1] != ';')) return false;
-    char* end = strchr(at, ';');
-    if (end) *end = 0;
-    return is_token(s, at + 6);
+    return has_cookie(s, wsi);
 }
 
 // Of HTTP requests and WebSockets: from this machine's names, or with the token.
@@ -101,7 +114,9 @@ static bool is_welcome(const OmViewServer* s, struct lws* wsi) {
     char host[128] = "", origin[160] = "";
     if (lws_hdr_copy(wsi, host, sizeof host, WSI_TOKEN_HOST) <= 0) return false;
     if (is_loopback(s->address) && !is_local_host(host)) return false;
-    if (lws_hdr_copy(wsi, origin, sizeof origin, WSI_TOKEN_ORIGIN) > 0) {
+    if (lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0) {
+        // one that does not fit is none of ours
+        if (lws_hdr_copy(wsi, origin, sizeof origin, WSI_TOKEN_ORIGIN) <= 0) return false;
         const char* name = strncmp(origin, "http://", 7) == 0 ? origin + 7 : "";
         if (strcmp(name, host) != 0) return false;
     }
@@ -143,7 +158,10 @@ static int answer(const OmViewServer* s, struct lws* wsi, Client* c, const char*
     unsigned char* end = buffer + sizeof buffer;
     char cookie[160];
     Answer a;
-    if (!is_welcome(s, wsi)) return lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, NULL) || 1;
+    if (!is_welcome(s, wsi)) {
+        lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, NULL);
+        return -1;
+    }
     if (!find_answer(s, path, &a))
         return lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, NULL) ||
                lws_http_transaction_completed(wsi);
@@ -161,7 +179,7 @@ static int answer(const OmViewServer* s, struct lws* wsi, Client* c, const char*
         add_header(wsi, "cache-control:", "no-store", &p, end))
         return 1;
     if (s->token[0]) {
-        snprintf(cookie, sizeof cookie, "token=%s; HttpOnly; SameSite=Strict", s->token);
+        snprintf(cookie, sizeof cookie, COOKIE_NAME "=%s; HttpOnly; SameSite=Strict", s->token);
         if (add_header(wsi, "set-cookie:", cookie, &p, end)) return 1;
     }
     if (lws_finalize_write_http_header(wsi, begin, &p, end)) return 1;
@@ -171,16 +189,18 @@ static int answer(const OmViewServer* s, struct lws* wsi, Client* c, const char*
     return 0;
 }
 
+// Negative: the connection is closed.
 static int write_body(struct lws* wsi, Client* c) {
     unsigned char buffer[LWS_PRE + CHUNK];
     const size_t n = c->left < CHUNK ? c->left : CHUNK;
     memcpy(buffer + LWS_PRE, c->body, n);
     c->body += n;
     c->left -= n;
+    lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, BODY_TIME);  // else 5 s for all of it
     if (lws_write(wsi, buffer + LWS_PRE, n, c->left ? LWS_WRITE_HTTP : LWS_WRITE_HTTP_FINAL) <
         (int)n)
-        return 1;
-    if (c->left == 0) return lws_http_transaction_completed(wsi);
+        return -1;
+    if (c->left == 0) return lws_http_transaction_completed(wsi) ? -1 : 0;
     lws_callback_on_writable(wsi);
     return 0;
 }
@@ -253,23 +273,44 @@ static void close_page(OmViewServer* s, struct lws* wsi, Client* c) {
     pthread_mutex_lock(&s->mutex);
     int k = 0;
     while (k < s->nclient && s->page[k] != wsi) ++k;
+    if (k == 0) s->heard = om_clock_now();  // the next one has time to speak
     for (--s->nclient; k < s->nclient; ++k) s->page[k] = s->page[k + 1];
-    s->heard = om_clock_now();
     struct lws* next = s->nclient > 0 ? s->page[0] : NULL;
     pthread_mutex_unlock(&s->mutex);
     if (next) lws_callback_on_writable(next);
 }
 
+// A page that speaks gets the controls of one that has been silent: a hidden tab, a lost connection. The mutex is held.
+static void take_control(OmViewServer* s, struct lws* wsi) {
+    int k = 0;
+    if (om_clock_now() - s->heard < SILENCE) return;
+    while (k < s->nclient && s->page[k] != wsi) ++k;
+    if (k == 0 || k == s->nclient) return;
+    lws_callback_on_writable(s->page[0]);
+    for (; k > 0; --k) s->page[k] = s->page[k - 1];
+    s->page[0] = wsi;
+    lws_callback_on_writable(wsi);
+}
+
+static bool is_move(const char* line) { return strncmp(line, "move ", 5) == 0; }
+
+// Of moves in a row the last one counts. The mutex is held.
+static void queue_line(OmViewServer* s, const Client* c) {
+    const int last = (s->first + s->nline - 1 + MAX_LINES) % MAX_LINES;
+    const bool replaces = s->nline > 0 && is_move(s->line[last]) && is_move(c->line);
+    if (!replaces && s->nline == MAX_LINES) return;
+    const int at = replaces ? last : (s->first + s->nline++) % MAX_LINES;
+    memcpy(s->line[at], c->line, c->nline + 1);
+}
+
 // A whole line of a page. Of one without the controls it is left out.
 static void take_line(OmViewServer* s, struct lws* wsi, const Client* c) {
     pthread_mutex_lock(&s->mutex);
+    take_control(s, wsi);
     if (has_control(s, wsi)) {
         s->heard = om_clock_now();
         const bool is_plain = om_text_is_plain(c->line, c->nline, NULL);
-        if (is_plain && strcmp(c->line, "beat") != 0 && s->nline < MAX_LINES) {
-            const int at = (s->first + s->nline++) % MAX_LINES;
-            memcpy(s->line[at], c->line, c->nline + 1);
-        }
+        if (is_plain && strcmp(c->line, "beat") != 0) queue_line(s, c);
     }
     pthread_mutex_unlock(&s->mutex);
 }
@@ -468,7 +509,7 @@ int om_view_server_count(OmViewServer* s) {
 
 double om_view_server_silence(OmViewServer* s) {
     pthread_mutex_lock(&s->mutex);
-    const double silence = s->nclient > 0 ? om_clock_now() - s->heard : (double)INFINITY;
+    const double silence = s->heard > 0 ? om_clock_now() - s->heard : (double)INFINITY;
     pthread_mutex_unlock(&s->mutex);
     return silence;
 }

@@ -86,6 +86,8 @@ async function testHand(browser) {
   }, before);
   check(moved > 0.005, `the tissue is lifted by ${(1000 * moved).toFixed(0)} mm`);
   await page.mouse.up();
+  await page.evaluate(() => live.send('grasp 5 5 5'));  // no tissue there: an answer, and the program stays
+  await page.waitForFunction(() => /no free tissue/.test(document.getElementById('said').textContent));
   await page.click('#commands button:has-text("pause")');
   await page.waitForFunction(() => document.getElementById('said').textContent === 'paused');
   const time = await page.evaluate(() => live.log.frames.at(-1).time);
@@ -93,6 +95,12 @@ async function testHand(browser) {
   await page.waitForFunction((t) => live.log.frames.at(-1).time > t, time);
   const after = await page.evaluate(() => live.log.frames.at(-1).time);
   check(Math.abs(after - time - 0.02) < 1e-6, 'one step is one time step');
+  await page.locator('#canvas').focus();
+  await page.keyboard.press('Space');
+  await page.waitForFunction(() => document.getElementById('said').textContent === 'the tissue moves');
+  await page.click('#commands button:has-text("reset")');
+  await page.waitForFunction(() => document.getElementById('said').textContent === 'back at rest');
+  check(await page.evaluate(() => live.hasControl), 'the space bar continues, and a reset keeps the page');
   await page.fill('#young', '1');
   await page.dispatchEvent('#young', 'change');
   await page.waitForFunction(() => /modulus 6 kPa/.test(document.getElementById('said').textContent));
