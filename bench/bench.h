@@ -83,6 +83,7 @@ OmStatus bench_match_update(const BenchOptions* options);    // bench_match_upda
 OmStatus bench_match_spectral(const BenchOptions* options);  // bench_match_spectral.c
 OmStatus bench_match_live(const BenchOptions* options);      // bench_match_live.c
 OmStatus bench_monitor(const BenchOptions* options);         // bench_monitor.c
+OmStatus bench_view(const BenchOptions* options);            // bench_view.c
 OmStatus bench_rl(const BenchOptions* options);              // bench_rl.c
 
 #endif

@@ -44,6 +44,7 @@ static const struct {
     {"match_register", bench_match_register},
     {"match_live", bench_match_live},
     {"monitor", bench_monitor},
+    {"view", bench_view},
     {"rl", bench_rl},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
