@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The shell examples of README.md run as printed, in their order, beside the files of the checkout; exit code 0 each.
+"""The shell examples of README.md run as printed, in their order, beside the files of the checkout; exit code 0 each, 1
+where the comment says that nothing is exposed. A page of `omentum view` is fetched, then a signal ends the program.
 
     test_readme.py PROGRAM            examples that take seconds; the wrapper; the label map of the examples
     test_readme.py PROGRAM --all      all of them: minutes
@@ -10,19 +11,21 @@ import pathlib
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUICK = ("model", "plan", "update")  # verbs; the others simulate an operation or train
 
 
 def examples():
-    """Commands of the blocks that name no language, without their comments."""
+    """Commands of the blocks that name no language, without their comments, and their exit codes."""
     blocks = re.findall(r"^```(\w*)\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M)
-    lines = [line.partition("  #")[0].strip() for language, block in blocks if not language for line in block.splitlines()]
-    return [line for line in lines if line and not line.startswith("make ")]
+    lines = [line.partition("# ") for language, block in blocks if not language for line in block.splitlines()]
+    return {line.strip(): comment.startswith("0 % exposed") for line, _, comment in lines if line.strip() and not line.startswith("make ")}
 
 
 def checkout(folder, program):
@@ -34,7 +37,20 @@ def checkout(folder, program):
     (folder / "build/release/bin/omentum").symlink_to(program)
 
 
-def run(command, folder):
+def look(command, folder):
+    """The page of a program that ends by a signal."""
+    program = subprocess.Popen(["bash", "-c", "exec " + command], cwd=folder, stdout=subprocess.PIPE, text=True)
+    said = program.stdout.readline()
+    with urllib.request.urlopen(re.search(r"http:\S+", said)[0]) as page:
+        assert b"omentum" in page.read(), command
+    program.send_signal(signal.SIGINT)
+    assert program.wait(timeout=20) in (0, 130), f"{command}: exit code {program.returncode}"
+    return said
+
+
+def run(command, folder, code):
+    if command.split()[1] == "view":
+        return look(command, folder)
     process = subprocess.Popen(["bash", "-c", command], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)
     said = []
@@ -44,17 +60,17 @@ def run(command, folder):
             process.stdin.write("yes\n")
             process.stdin.flush()
     process.stdin.close()
-    assert process.wait() == 0, f"{command}: exit code {process.returncode}\n{''.join(said)[-3000:]}"
+    assert process.wait() == code, f"{command}: exit code {process.returncode}\n{''.join(said)[-3000:]}"
     return "".join(said)
 
 
 def test_examples(program, is_all):
     commands = examples()
-    assert len(commands) >= 12 and all(c.startswith("./omentum ") for c in commands), commands
+    assert len(commands) >= 12 and all(c.startswith("./omentum ") for c in commands) and sum(commands.values()) == 1, commands
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         checkout(folder, program)
-        ran = [(c, run(c, folder)) for c in commands if is_all or c.split()[1] in QUICK]
+        ran = [(c, run(c, folder, code)) for c, code in commands.items() if is_all or c.split()[1] in QUICK]
         assert len(ran) >= 4
         for command, said in ran:
             output = re.search(r" -o (\S+)", command)
