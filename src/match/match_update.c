@@ -58,27 +58,35 @@ static OmStatus refuse(OmMatchEstimate* out, const char* format, ...) {
     return OM_NOT_CONVERGED;
 }
 
-// Refusals before any work: OM_NOT_CONVERGED with the reason.
+// How far the tissue was from where the twin at rest has it when it was grasped, beyond what is allowed; 0: not so far.
+static double moved_before(const OmMatch* m, const OmAcquisition* acq) {
+    for (int g = 0; g < acq->ngrasp; ++g) {
+        const OmMatchGrasp* grasp = &acq->grasp[g];
+        double away = HUGE_VAL, radius = grasp->radius;
+        if (!(radius > 0)) radius = m->def.scene->task.grasp_radius;
+        for (int i = 0; grasp->vert && i < grasp->nvert; ++i)
+            away = fmin(away, om_distance(om_load3(m->view.mesh->x, grasp->vert[i]),
+                                          grasp->pose_world_grasp.p));
+        if (grasp->vert && away > radius + m->def.moved) return away;
+    }
+    return 0;
+}
+
+// Refusals before any work: OM_NOT_CONVERGED with the reason. Tissue that had moved is left out later.
 static OmStatus check_motion(const OmMatch* m, int nacq, const OmAcquisition* acq,
                              OmMatchEstimate* out) {
     double motion = 0;
+    int nmoved = 0;
     for (int a = 0; a < nacq; ++a) {
         if (acq[a].ngrasp == 0) return refuse(out, "nothing is grasped in acquisition %d", a);
-        for (int g = 0; g < acq[a].ngrasp; ++g) {
+        const bool is_moved = moved_before(m, &acq[a]) > 0;
+        nmoved += is_moved;
+        for (int g = 0; !is_moved && g < acq[a].ngrasp; ++g) {
             const OmMatchGrasp* grasp = &acq[a].grasp[g];
             motion = fmax(motion, om_distance(grasp->pose_world_now.p, grasp->pose_world_grasp.p));
-            double away = HUGE_VAL, radius = grasp->radius;
-            if (!(radius > 0)) radius = m->def.scene->task.grasp_radius;
-            for (int i = 0; grasp->vert && i < grasp->nvert; ++i)
-                away = fmin(away, om_distance(om_load3(m->view.mesh->x, grasp->vert[i]),
-                                              grasp->pose_world_grasp.p));
-            if (grasp->vert && away > radius + m->def.moved)
-                return refuse(out,
-                              "acquisition %d: the tissue had moved by %.1f mm when it was grasped",
-                              a, 1e3 * away);
         }
     }
-    if (motion < m->def.min_motion)
+    if (nmoved < nacq && motion < m->def.min_motion)
         return refuse(out, "the grasp moved by %.1f mm only, %.1f mm are needed", 1e3 * motion,
                       1e3 * m->def.min_motion);
     return OM_OK;
@@ -137,6 +145,13 @@ static OmStatus judge_all(Job* j, int nacq, const OmAcquisition* acq) {
         OmAcquisition one = acq[a];
         OmMatchVerdict* v = &out->verdict[a];
         *v = (OmMatchVerdict){.is_good = true, .pose_right_scan = om_pose_identity()};
+        const double moved = moved_before(j->match, &one);
+        if (moved > 0) {  // the twin begins at rest: it says nothing of tissue that lay elsewhere
+            v->is_good = false;
+            snprintf(v->reason, sizeof v->reason,
+                     "the tissue had moved by %.1f mm when it was grasped", 1e3 * moved);
+            continue;
+        }
         if (!j->match->def.is_unchecked) OM_TRY(judge_one(j, a, &one, v));
         if (!v->is_good) continue;
         j->number[j->nacq] = a;

@@ -319,6 +319,30 @@ static void test_what_counts_as_still(void** state) {
     end(&rig);
 }
 
+// One of tissue that had slid before it was grasped is left out, too: the others still tell.
+static void test_slid_tissue_is_left_out(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate one, two;
+    OmAcquisition acq[2] = {rig.acq[1], rig.acq[0]};
+    const int held = view_vertex(&rig, acq[0].grasp[0].pose_world_grasp.p);
+    acq[0].grasp[0].vert = &held;
+    acq[0].grasp[0].nvert = 1;
+    acq[0].grasp[0].pose_world_grasp.p.x += 0.03;
+    acq[0].grasp[0].pose_world_now.p.x += 0.03;
+    assert_ok(om_match_update(rig.match, 1, acq + 1, NULL, &one));
+    assert_ok(om_match_update(rig.match, 2, acq, NULL, &two));
+    assert_true(one.is_accepted && two.is_accepted);
+    assert_true(!two.verdict[0].is_good && two.verdict[1].is_good);
+    assert_non_null(strstr(two.verdict[0].reason, "had moved by"));
+    assert_memory_equal(one.attached, two.attached, (size_t)one.nvert);
+    assert_memory_equal(one.probability, two.probability, (size_t)one.nvert * sizeof(double));
+    om_match_estimate_done(&one);
+    om_match_estimate_done(&two);
+    end(&rig);
+}
+
 // Of two acquisitions, one whose camera has moved since the other is left out, and the estimate is that of the other.
 static void test_one_is_left_out(void** state) {
     (void)state;
@@ -439,6 +463,7 @@ int main(void) {
                                        cmocka_unit_test(test_the_present_set_gains),
                                        cmocka_unit_test(test_what_counts_as_still),
                                        cmocka_unit_test(test_one_is_left_out),
+                                       cmocka_unit_test(test_slid_tissue_is_left_out),
                                        cmocka_unit_test(test_memory),
                                        cmocka_unit_test(test_workers),
                                        cmocka_unit_test(test_what_lies_before_the_tissue)};
