@@ -21,7 +21,7 @@
 #define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 22
+#define METHOD 23
 #define METHOD_FRAS 8
 #define METHOD_SEARCH 4
 #define GOOD_MU 0.002  // m
