@@ -57,6 +57,7 @@ class View(Owner):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page, one file that needs nothing else."""
+        self._c  # noqa: B018 - a closed view has no page
         self._page.title = self._title
         lib.om_view_page_save(ctypes.byref(self._page), path_of(path))
 

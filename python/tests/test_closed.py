@@ -24,7 +24,7 @@ def make_all(box, folder):
     sense = om.SenseScene()
     sense.add(box.boundary()[0])
     objects = [tissue, probe, om.Press(tissue, probe, ntri=500), om.Contact(tissue, self_contact=True), om.Loop(scene, world, body, planner), site, body, world, planner, recorder,
-               sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title"), *environments]
+               sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title"), om.View(body), *environments]
 
     class Mine(om.World):
         pass

@@ -324,7 +324,8 @@ static void test_roi_in_view_at_the_start(void** state) {
 
 static void test_output_is_whole(void** state) {
     (void)state;
-    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf", "frames/000.png"};
+    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf",
+                                       "frames/000.png"};
     char dir[] = "/tmp/om_retract_XXXXXX", out[64], path[128];
     assert_non_null(mkdtemp(dir));
     snprintf(out, sizeof out, "%s/run", dir);
@@ -352,7 +353,8 @@ static bool cancel_soon(void* ctx, const char* stage, double done, double total)
 // The record so far is kept; what stands in the place stays, and the record gets a name beside it.
 static void test_cancelling_keeps_the_record(void** state) {
     (void)state;
-    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf", "frames/000.png"};
+    static const char* const file[] = {"report.html", "view.html", "run.json", "run.vtkhdf",
+                                       "frames/000.png"};
     char dir[] = "/tmp/om_retract_XXXXXX", out[64];
     assert_non_null(mkdtemp(dir));
     snprintf(out, sizeof out, "%s/run", dir);
