@@ -190,6 +190,8 @@ static OmStatus step_pull(Act* act, Next* next) {
     if (a->step++ > 0) return OM_OK;
     double top = state->grasp_tip.z + act->task->max_height;
     double z = fmin(state->tip.z + act->task->pull_step, top);
+    a->lift = state->lift;
+    a->rise = z - state->tip.z;
     return begin_motion(act, om_vec3(state->tip.x, state->tip.y, z), true, next);
 }
 

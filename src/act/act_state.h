@@ -130,7 +130,7 @@ typedef struct ArmState {
     bool is_closed;
     bool is_moving;
     bool is_max_force;
-    bool is_at_top;  // a pull found no place above: joints, not max_height, limit this grasp
+    bool is_at_top;  // a pull found no place above, or raised the tip no further
 } ArmState;
 
 // One straight motion of a tip, from its first command to its end.
@@ -164,6 +164,7 @@ typedef struct Action {
     OmVec3 direction;    // of a fold, a unit vector in the task frame
     double length;       // of a fold, m
     double before;       // visibility before the current step of a fold
+    double lift, rise;   // of a pull: m, over the grasp before it, and the way to its goal
     bool may_turn;       // of a fold: none is in reach without a turn of the wrist
     double turn;         // of the wrist, rad, the largest of the action
     char turn_reason[64];

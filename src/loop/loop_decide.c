@@ -135,6 +135,15 @@ static OmStatus decide_plan(OmLoop* loop) {
 
 // ---- actions --------------------------------------------------------------------------------------------
 
+// A pull that has ended and raised the tip by less than half of its way will raise it no further: the arm measures itself
+// elsewhere than it steers, by its error of calibration. Without this an arm 2 mm below the height limit pulls for ever,
+// and creeps.
+static bool has_no_rise(const OmLoop* loop) {
+    const Action* a = &loop->act.action;
+    const double made = loop->act.arm[a->plan.arm].lift - a->lift;
+    return a->outcome == OM_ACTION_DONE && made < 0.5 * a->rise;
+}
+
 // Set the fluents `tried` after an attempt that exposed nothing.
 static void update_tried(OmLoop* loop) {
     const OmPlanAction* action = &loop->act.action.plan;
@@ -150,7 +159,7 @@ static void update_tried(OmLoop* loop) {
     else if (is_gone)
         *tried |= OM_TRIED_GRASP;
     if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
-    if (outcome == OM_ACTION_UNREACHED && action->verb == OM_PLAN_PULL)
+    if (action->verb == OM_PLAN_PULL && (outcome == OM_ACTION_UNREACHED || has_no_rise(loop)))
         loop->act.arm[action->arm].is_at_top = true;
     int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
     if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;

@@ -179,6 +179,34 @@ static void test_a_fold_above_the_limit(void** state) {
     rig_destroy(&g);
 }
 
+// Arms that measure themselves up to 3 mm from where they are end a lift, too: a pull that raises nothing is the last one.
+static void test_a_lift_ends(void** state) {
+    (void)state;
+    static const int seed[] = {18, 35};  // PSM1 measures itself 2 mm above where it is
+    int most = 0, nlow = 0;
+    for (int k = 0; k < 2; ++k) {
+        OmScene scene = easy_scene();
+        scene.seed = seed[k];
+        scene.tissue.cells = om_vec3(6, 6, 1);
+        scene.world.tool_noise = 0.0015;
+        scene.task.visibility = 1;  // never: every point is lifted to its end
+        scene.task.max_actions = 20;
+        scene.task.grasp_radius = 0.02;
+        OmRetractResult r;
+        run(&scene, NULL, &r);
+        for (int i = 0, n = 0; i < r.naction; ++i) {
+            n = r.action[i].verb == OM_PLAN_PULL ? n + 1 : 0;
+            most = n > most ? n : most;
+        }
+        for (int i = 0; i < r.nsample; ++i)
+            nlow += r.sample[i].height > 0.047 && r.sample[i].height < 0.049;
+        om_retract_result_done(&r);
+    }
+    assert_true(nlow > 0);  // some lift has ended 1 to 3 mm below the limit of 50 mm
+    printf("at most %d pulls of a lift\n", most);
+    assert_true(most >= 5 && most <= 7);  // 8 mm each, and one that raises nothing
+}
+
 // A motion slows down before its limit, so that the force hardly passes it; above the limit the tip stands still, and
 // 0.6 s above it end the motion.
 static void test_slower_before_a_stop(void** state) {
@@ -421,6 +449,7 @@ int main(void) {
         cmocka_unit_test(test_slower_before_a_stop),
         cmocka_unit_test(test_a_fold_above_the_limit),
         cmocka_unit_test(test_pulls_are_steps),
+        cmocka_unit_test(test_a_lift_ends),
         cmocka_unit_test(test_a_second_fold),
         cmocka_unit_test(test_run_json),
     };
