@@ -135,9 +135,9 @@ static OmStatus decide_plan(OmLoop* loop) {
 
 // ---- actions --------------------------------------------------------------------------------------------
 
-// A pull that has ended and raised the tip by less than half of its way will raise it no further: the arm measures itself
-// elsewhere than it steers, by its error of calibration. Without this an arm 2 mm below the height limit pulls for ever,
-// and creeps.
+// A pull that has ended and raised the tip by less than half of its way will raise it no further: the arm measures
+// itself elsewhere than it steers, by its error of calibration. Without this an arm 2 mm below the height limit pulls
+// for ever, and creeps.
 static bool has_no_rise(const OmLoop* loop) {
     const Action* a = &loop->act.action;
     const double made = loop->act.arm[a->plan.arm].lift - a->lift;

@@ -179,7 +179,7 @@ static void test_a_fold_above_the_limit(void** state) {
     rig_destroy(&g);
 }
 
-// Arms that measure themselves up to 3 mm from where they are end a lift, too: a pull that raises nothing is the last one.
+// Arms that measure themselves up to 3 mm from where they are end a lift, too: a pull that raises nothing is the last.
 static void test_a_lift_ends(void** state) {
     (void)state;
     static const int seed[] = {18, 35};  // PSM1 measures itself 2 mm above where it is
