@@ -2,9 +2,7 @@
 //
 // The sheet of 6.4.7 and 6.5.1 as scenes/belief.yaml has it, 120 x 120 x 5 mm on a board: 384 quadratic tetrahedra in
 // the twin, 864 in the world with 0.85 of the modulus and Poisson's ratio 0.42 instead of 0.45; friction 0.2 in both.
-// Epsilon and margin are those of that scene.
-//
-// The world of a random pair differs in more (om_rng_init(WORLD_SEED, number)): vary_world.
+// Epsilon and margin are those of that scene. The world of a random pair differs in more: vary_world.
 //
 // Draws: number `index` and attempt `a` use om_rng_init(DRAW_SEED, 1000 index + a): the seed of the patch, the believed
 // share b of the underside in [0.1, 0.3], a ratio of true over believed attachments in [0.2, 0.6] and one in [1.4, 1.6]
@@ -21,8 +19,7 @@
 // the place of the ROI by up to 2 mm, the density by 5 %, the friction by half. Debt, chosen on development cases
 // (doc/notes/study_retraction.md): limits of a part.
 //
-// Rejected: neo-Hookean elements in the world (they cannot fold over; the truth bore 5.3 N more than the twin); in the
-// laboratory motions that end 5 % above the limit (91 % seen, with 17 % 98 %).
+// Rejected: laboratory motions that end 5 % above the limit (91 % seen, with 17 % 98 %).
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -30,6 +30,7 @@ extern "C" {
 #endif
 
 #define OM_VIEW_MAX_LINE 1000  // bytes of a line from a page
+#define OM_VIEW_SILENCE 2.0    // s after which a page with the controls counts as gone
 
 typedef struct OmViewServerDef {
     OmCookie cookie;

@@ -204,8 +204,10 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
     if (!s->is_defras || s->has_preplan) return OM_OK;
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
-    def.trials = trials;
-    OM_TRY(om_cli_trials_path(dir, trials, size));
+    if (dir) {
+        def.trials = trials;
+        OM_TRY(om_cli_trials_path(dir, trials, size));
+    }
     OM_TRY(om_preplan_run(&def, om_cli_progress(s->is_quiet), &s->preplan));
     om_cli_progress_done();
     s->has_preplan = true;

@@ -30,7 +30,7 @@ int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract*
 // The definition of a run into `dir`.
 OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir);
 // The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
-// trials.
+// trials; without a folder (null) none are kept.
 OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, size_t size);
 
 // Options of more than one verb.

@@ -9,8 +9,6 @@
 
 #include "omentum/record_words.h"
 
-#define SILENCE 2.0  // s after which a page that has the controls counts as gone
-
 static const OmCliOption option[] = {
     {"--free", NULL, NULL, "no robot: grasp and pull the tissue of a scene with the mouse"},
     {"--defras", NULL, NULL, "all of DEFRAS: plan before, monitor, updates, look-ahead"},
@@ -41,6 +39,15 @@ void om_cli_view_wait(double origin, double time) {
     nanosleep(&t, NULL);
 }
 
+// Send what was written, and free it.
+static OmStatus send(OmViewServer* server, OmJson* json, OmText* text) {
+    OmStatus status = om_json_end(json);
+    if (status == OM_OK)
+        status = om_view_server_publish(server, OM_VIEW_LASTING, text->str, text->len);
+    om_text_done(text);
+    return status;
+}
+
 OmStatus om_cli_view_say(OmViewServer* server, const char* words, bool is_error) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
@@ -48,11 +55,7 @@ OmStatus om_cli_view_say(OmViewServer* server, const char* words, bool is_error)
     om_json_string(&json, "say", words);
     om_json_bool(&json, "is_error", is_error);
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK)
-        status = om_view_server_publish(server, OM_VIEW_LASTING, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return send(server, &json, &text);
 }
 
 // ---- a run ------------------------------------------------------------------------------------------------------
@@ -82,11 +85,7 @@ static OmStatus say_state(Watch* w, const OmLoop* loop) {
     om_json_bool(&json, "ended", phase == OM_LOOP_ENDED);
     om_json_string(&json, "reason", phase == OM_LOOP_HOLD ? om_loop_hold_reason(loop) : "");
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK)
-        status = om_view_server_publish(w->server, OM_VIEW_LASTING, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return send(w->server, &json, &text);
 }
 
 static OmStatus obey(Watch* w, OmLoop* loop, const char* line) {
@@ -102,7 +101,7 @@ static OmStatus obey(Watch* w, OmLoop* loop, const char* line) {
 
 // A page with the controls that is not heard any more pauses the run.
 static OmStatus watch_page(Watch* w, OmLoop* loop) {
-    const bool is_heard = om_view_server_silence(w->server) < SILENCE;
+    const bool is_heard = om_view_server_silence(w->server) < OM_VIEW_SILENCE;
     const bool is_lost = w->was_heard && !is_heard;
     w->was_heard = is_heard;
     if (!is_lost || om_loop_is_paused(loop) || om_loop_phase(loop) == OM_LOOP_ENDED) return OM_OK;
@@ -145,14 +144,7 @@ int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
     Watch watch = {.server = server, .was_heard = true};
     char trials[1200] = "";
     OmRetractResult result;
-    OmStatus status = OM_OK;
-    if (s->is_defras) {
-        OmPreplanDef plan = om_preplan_default_def(&s->scene);
-        plan.nworker = s->nworker;
-        status = om_preplan_run(&plan, om_cli_progress(s->is_quiet), &s->preplan);
-        om_cli_progress_done();
-        s->has_preplan = status == OM_OK;
-    }
+    OmStatus status = om_cli_retract_plan(s, s->out, trials, sizeof trials);
     if (status == OM_OK) status = wait_for_page(server);
     OmRetractDef def = om_cli_retract_def(s, s->out);
     def.supervise = supervise;
@@ -160,6 +152,7 @@ int om_cli_view_run(OmCliRetract* s, OmViewServer* server) {
     def.server = server;
     if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(true), &result);
     if (status < 0) return om_cli_fail_trials("view", status, trials);
+    if (trials[0]) (void)om_path_remove(trials);
     printf("%s, layout %d: %s\n", s->scene.name, s->scene.seed, result.reason);
     if (s->out)
         printf("  report: %s/report.html; in three dimensions: %s/view.html\n", s->out, s->out);

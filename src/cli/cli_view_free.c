@@ -191,7 +191,8 @@ static OmStatus live(Hand* h) {
         OM_TRY(om_progress_report(alive, "view", 0, 0));
         while (om_view_server_next(h->server, line, sizeof line)) OM_TRY(obey(h, line));
         // a hand that is not heard any more lets go
-        if (h->is_holding && om_view_server_silence(h->server) > 2) OM_TRY(obey(h, "release"));
+        if (h->is_holding && om_view_server_silence(h->server) > OM_VIEW_SILENCE)
+            OM_TRY(obey(h, "release"));
         const bool is_moving =
             h->has_step || (!h->is_paused && om_view_server_count(h->server) > 0);
         if (is_moving) OM_TRY(step(h));

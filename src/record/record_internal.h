@@ -74,6 +74,11 @@ void om__record_belief_json(const OmRecorder* rec, OmJson* json);
 /// Its chart; nothing where nothing was learnt.
 OmStatus om__report_add_belief(OmReport* report, const OmRecorder* rec,
                                const OmRetractResult* result);
+/// The numbers of a frame.
+static inline OmViewNow om__view_now(const OmRetractSample* s) {
+    return (OmViewNow){s->time, s->visibility, s->force,  s->force_world,
+                       s->mu,   s->height,     s->warning};
+}
 /// The page that plays the run: its scene, a frame of ten in a second, a change of the twin's attachments (nvert), the
 /// file. Without om__record_view_begin the others do nothing.
 OmStatus om__record_view_begin(OmRecorder* rec);

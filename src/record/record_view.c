@@ -21,8 +21,7 @@ OmStatus om__record_view_begin(OmRecorder* rec) {
 }
 
 OmStatus om__record_view_frame(OmRecorder* rec, const OmRetractSample* now) {
-    const OmViewNow n = {now->time, now->visibility, now->force,  now->force_world,
-                         now->mu,   now->height,     now->warning};
+    const OmViewNow n = om__view_now(now);
     if (!rec->view || rec->nview++ % rec->view_every) return OM_OK;
     while (rec->page.messages.len > (size_t)rec->view_every * MANY) rec->view_every *= 2;
     return om_view3d_add_frame(rec->view, &n, &rec->page.messages);

@@ -6,6 +6,7 @@
 #include "omentum/image.h"
 #include "omentum/record_audit.h"
 #include "omentum/view.h"
+#include "record/record_internal.h"
 
 #define EVERY 2  // ticks between frames
 
@@ -73,8 +74,7 @@ static OmStatus send_lines(RunView* v) {
 }
 
 static OmStatus send_frame(RunView* v, const OmRetractSample* now) {
-    const OmViewNow n = {now->time, now->visibility, now->force,  now->force_world,
-                         now->mu,   now->height,     now->warning};
+    const OmViewNow n = om__view_now(now);
     v->message.len = 0;
     OM_TRY(om_view3d_add_frame(v->view, &n, &v->message));
     return send(v, OM_VIEW_NEWEST);

@@ -24,7 +24,7 @@
 
 #define AHEAD_COOKIE 0xa4ead0
 #define AHEAD_STEPS 5000
-#define SOFT 0.5  // modulus of the other twin, as in trial_robust.c
+#define SOFT 0.5  // modulus of the other twin
 
 struct OmAhead {
     OmAheadDef def;
@@ -188,7 +188,7 @@ static OmStatus repeat(OmAhead* a, Belief* belief, int arm, int block, OmPlanVer
     OM_TRY(om_view_look(soft.view, om_body_x(a->soft), &v));
     *exposes = v.nseen >= belief->task->visibility * v.npoint;
     if (*exposes) return OM_OK;
-    return om__attempt_continue(&soft, fold, arm, &a->trace[0], om_vec3(0, 0, 0), exposes, nstep);
+    return om__attempt_continue(&soft, fold, arm, &a->trace[0], exposes, nstep);
 }
 
 static void set_exposure(Belief* belief, int block, bool exposes) {

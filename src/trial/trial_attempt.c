@@ -295,16 +295,15 @@ OmStatus om__attempt_fold(const Attempt* a, int arm, OmVec3 tip, OmVec3 grasp_ti
 }
 
 OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const Trace* trace,
-                              OmVec3 aside, bool* exposes, int* nstep) {
+                              bool* exposes, int* nstep) {
     AttemptResult result = {.fold = OM_PLAN_PULL};
     Attempt plain = *a;
     plain.trace = NULL;
     OmActionOutcome outcome;
     const int last = trace->n - 1, begin = trace->fold_step;
-    const OmVec3 beside = om_quat_rotate(om_quat_conj(a->grid->task.q), aside);
     Try t = {.a = &plain, .best = &result, .arm = arm};
-    t.tip = om_add(om__to_task(a->grid, trace->tip[last]), beside);
-    t.grasp_tip = om_add(om__to_task(a->grid, trace->tip[0]), beside);
+    t.tip = om__to_task(a->grid, trace->tip[last]);
+    t.grasp_tip = om__to_task(a->grid, trace->tip[0]);
     *exposes = false;
     t.tool = a->q[arm];
     if (!is_in_reach(&t, t.tip, t.q) && (!reach(&t, t.grasp_tip) || !is_in_reach(&t, t.tip, t.q)))
@@ -314,7 +313,7 @@ OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const 
         OM_TRY(try_pulls(&t, exposes));
     } else {
         t.has_fold_from = begin > 0;
-        if (begin > 0) t.fold_from = om_add(om__to_task(a->grid, trace->tip[begin - 1]), beside);
+        if (begin > 0) t.fold_from = om__to_task(a->grid, trace->tip[begin - 1]);
         OM_TRY(act(&t, verb, exposes, &outcome));
     }
     *nstep += t.nstep;

@@ -67,9 +67,8 @@ OmStatus om__attempt_fold(const Attempt* attempt, int arm, OmVec3 tip, OmVec3 gr
 // last motion. A fold continues to its length, pulls to the height limit. The body has tissue in hand.
 // @param fold   of the sequence, OM_PLAN_PULL: none
 // @param trace  of the sequence
-// @param aside  of its tips the arm is, m, world frame
 OmStatus om__attempt_continue(const Attempt* attempt, OmPlanVerb fold, int arm, const Trace* trace,
-                              OmVec3 aside, bool* exposes, int* nstep);
+                              bool* exposes, int* nstep);
 
 // trial_ahead.c
 typedef struct AheadCount {  // of one operation

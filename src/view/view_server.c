@@ -20,7 +20,6 @@
 #define MAX_LINES 64  // that wait for the program
 #define COOKIE_NAME "omentum_token"
 #define BODY_TIME 30  // s that a client may take for one chunk
-#define SILENCE 2.0   // s after which another page may take the controls
 #define CHUNK 16384   // bytes of a file in one write
 #define MAX_CLIENT 32
 
@@ -283,7 +282,7 @@ static void close_page(OmViewServer* s, struct lws* wsi, Client* c) {
 // A page that speaks gets the controls of one that has been silent: a hidden tab, a lost connection. The mutex is held.
 static void take_control(OmViewServer* s, struct lws* wsi) {
     int k = 0;
-    if (om_clock_now() - s->heard < SILENCE) return;
+    if (om_clock_now() - s->heard < OM_VIEW_SILENCE) return;
     while (k < s->nclient && s->page[k] != wsi) ++k;
     if (k == 0 || k == s->nclient) return;
     lws_callback_on_writable(s->page[0]);
@@ -376,7 +375,8 @@ static OmStatus check_def(const OmViewServerDef* d) {
              "OmViewServerDef.address is no address");
     OM_CHECK(d->port >= 0 && d->port <= 65535, OM_INVALID, "port %d: 0 to 65535", d->port);
     OM_CHECK(is_loopback(d->address) || (d->token && d->token[0]), OM_INVALID,
-             "others than this machine can reach %s: a token is needed", d->address);
+             "others than this machine can reach %s: a token is needed; --token WORD sets it",
+             d->address);
     for (const char* t = d->token ? d->token : ""; *t; ++t)
         OM_CHECK(isalnum((unsigned char)*t), OM_INVALID, "a token has letters and digits alone");
     OM_CHECK(!d->token || strlen(d->token) < 64, OM_INVALID, "a token has at most 63 characters");

@@ -160,6 +160,15 @@ static void expect_text(int fd, const char* text) {
     assert_string_equal(data, text);
 }
 
+// A page with the controls, and one that watches.
+static void open_two(int* first, int* second) {
+    begin();
+    *first = open_page();
+    expect_text(*first, "{\"control\":true}");
+    *second = open_page();
+    expect_text(*second, "{\"control\":false}");
+}
+
 // ---- tests --------------------------------------------------------------------------------------------------
 
 static void files_come_with_their_rules(void** unused) {
@@ -223,11 +232,8 @@ static void a_page_gets_what_lasts_and_the_newest(void** unused) {
 
 static void one_page_has_the_controls(void** unused) {
     (void)unused;
-    begin();
-    const int first = open_page();
-    expect_text(first, "{\"control\":true}");
-    const int second = open_page();
-    expect_text(second, "{\"control\":false}");
+    int first, second;
+    open_two(&first, &second);
     send_line(second, "abort");
     send_line(first, "beat");
     send_line(first, "pause");
@@ -250,11 +256,8 @@ static void one_page_has_the_controls(void** unused) {
 // A page that is silent for two seconds loses the controls to one that speaks.
 static void a_silent_page_loses_the_controls(void** unused) {
     (void)unused;
-    begin();
-    const int first = open_page();
-    expect_text(first, "{\"control\":true}");
-    const int second = open_page();
-    expect_text(second, "{\"control\":false}");
+    int first, second;
+    open_two(&first, &second);
     for (int i = 0; i < 210; ++i) {
         if (i % 50 == 0) send_line(first, "beat");
         nap();
