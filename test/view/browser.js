@@ -90,6 +90,11 @@ async function testHand(browser) {
   await page.waitForFunction(() => /no free tissue/.test(document.getElementById('said').textContent));
   await page.click('#commands button:has-text("pause")');
   await page.waitForFunction(() => document.getElementById('said').textContent === 'paused');
+  for (let last = -1, now = 0; last !== now;) {  // a frame may be on its way still
+    last = now;
+    await page.waitForTimeout(200);
+    now = await page.evaluate(() => live.log.frames.at(-1).time);
+  }
   const time = await page.evaluate(() => live.log.frames.at(-1).time);
   await page.click('#commands button:has-text("one step")');
   await page.waitForFunction((t) => live.log.frames.at(-1).time > t, time);
