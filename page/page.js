@@ -145,8 +145,7 @@ class Stage {
     geometry.computeVertexNormals();
     const material = new THREE.MeshStandardMaterial({ color: COLORS[part.kind], roughness: part.kind === 'tool' ? 0.35 : 0.6,
       metalness: part.kind === 'tool' ? 0.6 : 0, side: THREE.DoubleSide, flatShading: part.kind === 'tool',
-      clippingPlanes: part.kind === 'tool' ? [] : [this.cut], vertexColors: isTissue,
-      polygonOffset: part.kind === 'region', polygonOffsetFactor: -4, polygonOffsetUnits: -4 });  // it lies in the organ's surface
+      clippingPlanes: part.kind === 'tool' ? [] : [this.cut], vertexColors: isTissue });
     const mesh = new THREE.Mesh(geometry, material);
     mesh.frustumCulled = false;
     this.world.add(mesh);
