@@ -16,6 +16,7 @@ except ModuleNotFoundError as _missing:
     raise ImportError("this checkout of omentum is not built, so python/omentum/_capi.py is missing: run `make build` in it, or "
                       "tools/python_binding.py for this file alone") from None
 from . import _capi as capi
+from ._convert import suggest_words as _suggest_words
 from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged,
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
 from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
@@ -46,5 +47,7 @@ from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Observation, RecordedWorld, 
 for _kind in (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged, NotPositiveDefinite,
               TimeLimit, Unavailable):
     _kind.__module__ = "omentum"  # the name that tracebacks show
+
+_suggest_words(globals())  # an argument that a function does not take: its error names the nearest one that it takes
 
 __all__ = [name for name in dir() if not name.startswith("_")]

@@ -3,6 +3,9 @@ from __future__ import annotations
 
 import ctypes
 import difflib
+import functools
+import importlib
+import inspect
 import re
 import sys
 from enum import IntEnum
@@ -66,14 +69,15 @@ class Struct(ctypes.Structure):
                 out[name] = value
         return out
 
-    def assign(self, values: dict[str, Any]) -> None:
+    def assign(self, values: dict[str, Any], also: tuple[str, ...] = ()) -> None:
         """Set several fields; the value of a field that is a struct may be a dictionary. A name that does not exist raises
-        AttributeError with the nearest one, also of the arguments of the function that calls."""
+        AttributeError with the nearest one, also of the arguments of the function that calls, and of its words `also`."""
         for name, value in values.items():
             if name not in self._names:
                 code = sys._getframe(1).f_code
                 own = code.co_varnames[:code.co_argcount + code.co_kwonlyargcount]
-                raise AttributeError(unknown(type(self).__name__, "field", name, [*self._names, *own]))
+                words = [w for w in (*self._names, *own, *also) if w not in ("self", "cls", "cookie")]
+                raise AttributeError(unknown(type(self).__name__, "field", name, words))
             if isinstance(value, dict) and isinstance(inner := getattr(self, name, None), Struct):
                 inner.assign(value)
             else:
@@ -81,9 +85,53 @@ class Struct(ctypes.Structure):
 
 
 def unknown(owner: str, what: str, name: str, names: Any) -> str:
-    """The sentence about a name that does not exist."""
-    near = difflib.get_close_matches(name, list(names), 1, 0.5)
-    return f"{owner} has no {what} '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
+    """The sentence about a name that does not exist: with the nearest one, or where none is near with those there are."""
+    names = list(dict.fromkeys(names))
+    near = difflib.get_close_matches(name, names, 1, 0.5)
+    return f"{owner} has no {what} '{name}'; " + (f"did you mean '{near[0]}'?" if near else f"it has {', '.join(names)}")
+
+
+def takes_words(function: Any) -> Any:
+    """A function whose error about an argument that it does not take names the nearest one that it takes."""
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except TypeError as error:
+            found = re.search(r"got an unexpected keyword argument '(\w+)'", str(error))
+            is_of_this_call = error.__traceback__ is not None and error.__traceback__.tb_next is None
+            if not found or not is_of_this_call:
+                raise
+            words = [p.name for p in inspect.signature(function).parameters.values()
+                     if p.name not in ("self", "cls") and p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)]
+            owner = function.__qualname__.replace(".__init__", "")
+            raise TypeError(unknown(f"{owner}()", "argument", found[1], words)) from None
+
+    return call
+
+
+def suggest_words(public: dict[str, Any]) -> None:
+    """Make the functions, and the methods of the classes, of a module's names such that suggest words."""
+    for name, thing in list(public.items()):
+        if isinstance(thing, type):
+            for member, value in list(vars(thing).items()):
+                if isinstance(value, classmethod):
+                    setattr(thing, member, classmethod(takes_words(value.__func__)))
+                elif inspect.isfunction(value) and (member == "__init__" or not member.startswith("_")):
+                    setattr(thing, member, takes_words(value))
+        elif inspect.isfunction(thing):
+            public[name] = takes_words(thing)
+
+
+def need(package: str, what: str) -> Any:
+    """The module of an optional package; without it an error that names the command which installs it."""
+    try:
+        return importlib.import_module(package)
+    except ModuleNotFoundError as error:
+        if error.name != package.split(".")[0]:
+            raise
+        install = {"stable_baselines3": "stable-baselines3"}.get(error.name, error.name)
+        raise ModuleNotFoundError(f"{what} needs {install}, which this Python does not have: pip install {install}", name=error.name) from None
 
 
 def find_enum(kind: type[IntEnum], value: Any) -> int:
@@ -219,6 +267,17 @@ def quantity(value: Any, kind: str, name: str) -> Any:
     except (TypeError, KeyError, ValueError):
         few = ", ".join(factors)
         raise ValueError(f'{name}="{value}": a number in {unit}, or words such as "3 {list(factors)[1]}" (units: {few})') from None
+
+
+_MOST = 0.1  # m: sides of voxels and edges, radii of tools; a larger one was meant in millimetres
+
+
+def length(value: Any, name: str, most: float = _MOST) -> Any:
+    """A length as of quantity(); one above `most` m is refused, with the same in metres."""
+    value = quantity(value, "length", name)
+    if np.ndim(value) == 0 and value > most:
+        raise ValueError(f'{name}: {value:g} m is more than {most:g} m; lengths are in metres, {value:g} mm is {1e-3 * value:g} or "{value:g} mm"')
+    return value
 
 
 def meters_per(unit: str) -> float:

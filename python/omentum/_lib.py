@@ -17,6 +17,7 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from typing import Any, Callable
 
 import numpy as np
@@ -465,6 +466,14 @@ class _Bar:
 
 def _bar() -> ProgressFunction:
     return _Bar()
+
+
+def warn_user(text: str) -> None:
+    """Warn at the line outside of this package that led here."""
+    level, frame = 2, sys._getframe(1)  # 1 is this line
+    while frame.f_back is not None and pathlib.Path(frame.f_code.co_filename).parent == HERE:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, stacklevel=level)
 
 
 # ---- small values ---------------------------------------------------------------------------------------

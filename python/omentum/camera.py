@@ -7,30 +7,65 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, find_enum, index_array
-from ._lib import Busy, Handle, Owner, create, lib, pose, pose_matrix, refuse_fork, vec3
+from ._convert import array_of, find_enum, index_array, length
+from ._lib import Busy, Handle, Owner, create, lib, pose as pose_of, pose_matrix, refuse_fork, vec3
 from .mesh import Surface
 
 
-class Camera(c.OmCamera):
-    """A camera: z forward, x right, y down in its frame. Fields of OmCamera; `lens` is that of OpenCV plus half a pixel."""
+_DISTORTION = ("k1", "k2", "p1", "p2", "k3")
 
-    def __init__(self, eye: Any = (0, 0, 0), target: Any = (0, 0, 1), up: Any = (0, 0, 1), *, pose_world_camera: Any = None,
-                 width: int = 640, height: int = 480, fov: float = np.pi / 3, near: float = 0.01, far: float = 2.0,
+
+class Camera(c.OmCamera):
+    """A camera: z forward, x right, y down in its frame. Fields of OmCamera; `lens` is that of OpenCV plus half a pixel.
+
+        Camera(fx=600, fy=600, cx=320, cy=240, width=640, height=480, pose=pose_world_camera)    # of a calibration
+        Camera(eye, target, up)                                                                  # that looks at something
+    """
+
+    def __init__(self, eye: Any = None, target: Any = None, up: Any = (0, 0, 1), *, pose: Any = None, pose_world_camera: Any = None,
+                 width: int | None = None, height: int | None = None, fov: float = np.pi / 3, fx: float | None = None, fy: float | None = None,
+                 cx: float | None = None, cy: float | None = None, distortion: Any = (), near: float | str = 0.01, far: float | str = 2.0,
                  lens: dict[str, float] | None = None) -> None:
         """
-        eye, target, up: m, where the camera is, what it looks at, what is above; or pose_world_camera (4 x 4).
-        width, height: pixels. fov: vertical, rad. near, far: range of depth along z, m.
-        lens: fx, fy, cx, cy in pixels, k1, k2, p1, p2, k3; it replaces fov.
+        eye, target, up: m, where the camera is, what it looks at, what is above; or pose: (4 x 4), from the camera to the world, m, or
+        (point, quaternion x y z w); pose_world_camera is the same. None of them: at the origin, looking along z.
+        width, height: pixels, default 640 x 480, needed with fx. fov: vertical, rad. near, far: range of depth along z, m.
+        fx, fy, cx, cy: pixels, of a calibration by OpenCV or ROS, where the centre of the first pixel is (0, 0); fy: default fx; cx, cy:
+        default the middle. They replace fov. distortion: k1, k2, p1, p2, k3, or fewer of them.
+        lens: fx, fy, cx, cy in pixels, k1, k2, p1, p2, k3, as OmCamera has them (the corner of the first pixel is (0, 0)).
         """
-        super().__init__(width=width, height=height, fov=fov, near_m=near, far_m=far)
-        if pose_world_camera is not None:
-            place = pose(pose_world_camera)
+        given = {name: value for name, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)) if value is not None}
+        if given or np.size(distortion):
+            lens = self._calibrated(given, distortion, width, height, lens)
+        width, height = 640 if width is None else width, 480 if height is None else height
+        super().__init__(width=width, height=height, fov=fov, near_m=length(near, "near", np.inf), far_m=length(far, "far", 20.0))
+        pose = pose_world_camera if pose is None else pose
+        if pose is not None and (eye is not None or target is not None):
+            raise ValueError("pose says where the camera is: leave out eye and target")
+        if pose is not None or (given and eye is None and target is None):
+            place = pose_of(np.eye(4) if pose is None else pose)
         else:
+            eye, target = (0, 0, 0) if eye is None else eye, (0, 0, 1) if target is None else target
             place = lib.om_pose_look_at(vec3(eye, "eye"), vec3(target, "target"), vec3(up, "up"))
         self.pose_world_camera.p, self.pose_world_camera.q = place.p, place.q
         self.lens.assign(lens or {})
         lib.om_camera_check(ctypes.byref(self))
+
+    @staticmethod
+    def _calibrated(given: dict[str, float], distortion: Any, width: Any, height: Any, lens: Any) -> dict[str, float]:
+        """The lens of intrinsics as OpenCV has them."""
+        if lens is not None:
+            raise ValueError(f"lens, or {', '.join(given) or 'distortion'}: not both")
+        if "fx" not in given:
+            raise ValueError(f"{', '.join(given) or 'distortion'} without fx: the focal length in pixels is needed")
+        if width is None or height is None:
+            raise ValueError("fx, fy, cx and cy belong to a size of the picture: width and height, in pixels, are needed")
+        values = np.ravel(np.asarray(distortion, dtype=float))
+        if len(values) > len(_DISTORTION):
+            raise ValueError(f"distortion has {len(values)} values: {', '.join(_DISTORTION)} are known")
+        lens = {"fx": given["fx"], "fy": given.get("fy", given["fx"]), "cx": given.get("cx", 0.5 * (width - 1)) + 0.5,
+                "cy": given.get("cy", 0.5 * (height - 1)) + 0.5}
+        return {**lens, **dict(zip(_DISTORTION, values.tolist()))}
 
     @classmethod
     def from_matrix(cls, matrix: Any, width: int, height: int, pose_world_camera: Any = None, distortion: Any = (),
@@ -42,16 +77,10 @@ class Camera(c.OmCamera):
         distortion: k1, k2, p1, p2, k3, or fewer of them.
         """
         matrix = array_of(matrix, np.float64, (3, 3), "matrix")
-        names = ("k1", "k2", "p1", "p2", "k3")
-        values = np.ravel(np.asarray(distortion, dtype=float))
-        if len(values) > len(names):
-            raise ValueError(f"distortion has {len(values)} values: {', '.join(names)} are known")
         if matrix[0, 1] != 0 or not np.array_equal(matrix[2], (0, 0, 1)):
             raise ValueError("matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] is needed")
-        lens = {"fx": matrix[0, 0], "fy": matrix[1, 1], "cx": matrix[0, 2] + 0.5, "cy": matrix[1, 2] + 0.5}
-        lens.update(zip(names, values.tolist()))
-        place = np.eye(4) if pose_world_camera is None else pose_world_camera
-        return cls(pose_world_camera=place, width=width, height=height, near=near, far=far, lens=lens)
+        return cls(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], distortion=distortion, pose=pose_world_camera,
+                   width=width, height=height, near=near, far=far)
 
     @classmethod
     def _copy(cls, raw: Any) -> Camera:

@@ -90,7 +90,7 @@ class Contact(Owner):
             raw_skins[k].sdf, (raw_skins[k].vert_begin, raw_skins[k].vert_end) = kept[k].address, skin.vert
         definition.nskin, definition.skin = len(skins), raw_skins
         definition.assign(fields)
-        self._tissue = tissue
+        self._tissue, self._has_support = tissue, bool(planes or skins)
         address = create(lib.om_contact_create, ctypes.byref(definition), tissue._model_c)
         self._made: Handle | None = Handle(address, lib.om_contact_destroy, tissue._model, *kept)
         self._handle = Handle(create(lib.om_contact_work_create, address), lib.om_contact_work_destroy, self._made)
@@ -102,6 +102,7 @@ class Contact(Owner):
     def step(self, dt: float = 0.02, strict: bool = True) -> ContactReport:
         """A step of the tissue of `dt` s with contact; `strict` as of Tissue.step."""
         raw, tissue = c.OmContactReport(), self._tissue
+        tissue._look_at_supports(self._has_support)
         with tissue._busy:
             forget_message()
             status = lib.om_contact_step(self._c, tissue._model_c, tissue._c, tissue._work.address, dt,
@@ -111,6 +112,7 @@ class Contact(Owner):
     def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> c.OmStatus:
         """Step until contact has settled and no vertex is faster than `speed` m/s, for at most `seconds`."""
         tissue = self._tissue
+        tissue._look_at_supports(self._has_support)
         with tissue._busy:
             forget_message()
             status = lib.om_contact_settle(self._c, tissue._model_c, tissue._c, tissue._work.address, dt, speed,

@@ -12,10 +12,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import gymnasium
 import numpy as np
 
+from ._convert import need
 from .rl import RlTask, RlVec, rl_tasks
+
+need("gymnasium", "omentum.gym")
+import gymnasium  # noqa: E402 - behind the error that says how to get it
 
 
 def _spaces(task: RlTask) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.MultiDiscrete]:

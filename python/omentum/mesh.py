@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, find_enum, index_array
+from ._convert import array_of, find_enum, index_array, need
+from . import plot as _plot
 from ._lib import copied, lib, path_of, vec3
 
 
@@ -100,9 +101,16 @@ class Surface:
         finally:
             lib.om_surface_done(ctypes.byref(raw))
 
+    def plot(self, ax: Any = None, color: Any = _plot.FLESH) -> Any:
+        """Draw it with matplotlib; the axes are returned."""
+        ax = _plot.axes_3d(ax)
+        _plot.triangles(ax, self.x, self.tri, color)
+        _plot.fit(ax, 1e3 * self.x)
+        return ax
+
     def to_meshio(self) -> Any:
         """A meshio.Mesh."""
-        import meshio
+        meshio = need("meshio", "to_meshio()")
         return meshio.Mesh(self.x, [("triangle", self.tri)])
 
     @classmethod
@@ -116,13 +124,13 @@ class Surface:
 
     def to_pyvista(self) -> Any:
         """A pyvista.PolyData."""
-        import pyvista
+        pyvista = need("pyvista", "to_pyvista()")
         return pyvista.PolyData(self.x, np.insert(self.tri, 0, 3, axis=1).ravel())
 
     @classmethod
     def from_pyvista(cls, mesh: Any) -> Surface:
         """From a pyvista.DataSet in metres; polygons become triangles."""
-        import pyvista
+        pyvista = need("pyvista", "from_pyvista()")
         if not isinstance(mesh, pyvista.PolyData):
             mesh = mesh.extract_surface()
         mesh = mesh.triangulate()
@@ -256,9 +264,17 @@ class TetMesh:
 
     # ---- other libraries ----
 
+    def plot(self, ax: Any = None, color: Any = _plot.FAT) -> Any:
+        """Draw the boundary and the vertices of the set "attachment" with matplotlib; the axes are returned."""
+        ax = self.boundary()[0].plot(ax, color)
+        if len(attached := self.sets.get("attachment", ())):
+            _plot.dots(ax, self.x[attached], "attachment", _plot.BLUE)
+            ax.legend()
+        return ax
+
     def to_meshio(self) -> Any:
         """A meshio.Mesh: labels as cell data `tet_label`, sets as point data of 0 and 1."""
-        import meshio
+        meshio = need("meshio", "to_meshio()")
         marks = {name: np.isin(np.arange(len(self.x)), vert).astype(np.uint8) for name, vert in self.sets.items()}
         return meshio.Mesh(self.x, [("tetra", self.tet)], point_data=marks, cell_data={"tet_label": [np.asarray(self.label)]})
 
@@ -276,7 +292,7 @@ class TetMesh:
 
     def to_pyvista(self) -> Any:
         """A pyvista.UnstructuredGrid with `tet_label` and the sets."""
-        import pyvista
+        pyvista = need("pyvista", "to_pyvista()")
         grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: self.tet}, self.x)
         grid.cell_data["tet_label"] = np.asarray(self.label)
         for name, vert in self.sets.items():

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import quantity
+from . import plot as _plot
+from ._convert import length, need
 from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of
 from .mesh import Surface, TetMesh
 from .volume import Volume, without_dicom
@@ -57,6 +58,34 @@ class Patient:
         report = ctypes.byref(self.report) if self.report is not None else None
         lib.om_patient_save(ctypes.byref(self._handle.address), report, path_of(folder))
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draw tissue, attachments, organ and region of interest with matplotlib; the axes are returned."""
+        ax = _plot.axes_3d(ax)
+        surface, _ = self.mesh.boundary()
+        drawn = [surface.x]
+        _plot.triangles(ax, surface.x, surface.tri, _plot.FAT, 0.35 if self.organ else 1.0)
+        if self.organ:
+            _plot.triangles(ax, self.organ.x, self.organ.tri, _plot.FLESH, 0.6)
+            drawn.append(self.organ.x)
+        _plot.dots(ax, self.mesh.x[self.mesh.sets.get("attachment", [])], "attachment", _plot.BLUE)
+        _plot.dots(ax, self.roi_point, "region of interest", _plot.RED)
+        if len(self.roi_point) or len(self.mesh.sets.get("attachment", [])):
+            ax.legend()
+        _plot.fit(ax, *(1e3 * x for x in drawn))
+        return ax
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.MultiBlock: "tissue", and "organ" and "roi" where there are any."""
+        pyvista = need("pyvista", "to_pyvista()")
+        blocks = pyvista.MultiBlock()
+        blocks["tissue"] = self.mesh.to_pyvista()
+        if self.organ:
+            blocks["organ"] = self.organ.to_pyvista()
+        if len(self.roi_point):
+            blocks["roi"] = pyvista.PolyData(self.roi_point)
+            blocks["roi"].point_data["normal"] = self.roi_normal
+        return blocks
+
     def __reduce__(self) -> Any:
         with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
             place = pathlib.Path(folder, "patient")
@@ -97,11 +126,13 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
     """
     places = {k: options.pop(k) for k in ("spacing", "affine", "unit") if k in options}
     if not isinstance(source, (Volume, str, bytes, os.PathLike)):
+        if not places:
+            raise TypeError('an array needs the sides of its voxels: spacing=(0.7, 0.7, 1), unit="mm", or affine=image.affine, unit="mm"')
         source = Volume(source, **places)
     elif places:
         raise TypeError(f"{', '.join(places)}: for an array only; a Volume or a file has its own")
     path = b"" if isinstance(source, Volume) else path_of(source)
-    definition = lib.om_model_default_def(path, quantity(edge, "length", "edge"))
+    definition = lib.om_model_default_def(path, length(edge, "edge"))
     if name is not None or isinstance(source, Volume):
         definition.name = name or "volume"
     for item in [] if label is None else [label] if isinstance(label, (str, int, np.integer)) else label:
@@ -121,7 +152,7 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
     for words in [] if attach is None else [attach] if isinstance(attach, str) else attach:
         lib.om_model_parse_attach(words.encode(), ctypes.byref(holder.attach[holder.nattach]))
         holder.nattach += 1
-    definition.assign(options)
+    definition.assign(options, also=("spacing", "affine", "unit"))
     raw, report = c.OmPatient(), c.OmModelReport()
     handle = _own(raw)  # before the call: Ctrl-C may come when it has succeeded
     volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None

@@ -75,7 +75,7 @@ class Press(Owner):
         surface = fields.pop("surface", None)
         if surface is not None:
             definition.surface = ctypes.pointer(surface._as_c())
-        definition.assign(fields)
+        definition.assign(fields, also=("surface",))
         self._tissue = tissue
         address = create(lib.om_press_create, ctypes.byref(definition), tissue._model_c)
         self._handle = Handle(address, lib.om_press_destroy, probe._handle, tissue._model)
@@ -87,6 +87,7 @@ class Press(Owner):
     def step(self, tip: Any, dt: float = 0.02, strict: bool = True) -> PressReport:
         """A step of the tissue of `dt` s while the probe moves to a pose; `strict` as of Tissue.step."""
         raw, tissue = c.OmPressReport(), self._tissue
+        tissue._look_at_supports()
         with tissue._busy:
             forget_message()
             status = lib.om_press_step(self._c, tissue._model_c, tissue._c, tissue._work.address, pose(tip), dt, ctypes.byref(raw))

@@ -8,8 +8,9 @@ from typing import Any, Iterator
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of
-from ._lib import Handle, Owner, create, hdf5, lib, path_of
+from . import plot as _plot
+from ._convert import array_of, need
+from ._lib import FileFailed, Handle, Invalid, Owner, create, hdf5, lib, path_of
 from .mesh import TetMesh
 from .tissue import Tissue
 
@@ -88,9 +89,25 @@ class Recording:
     the file. recording.to_pyvista(i): a pyvista.UnstructuredGrid.
     """
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Recording:
+        """The recording of a file, or of the folder of a run."""
+        return cls(path)
+
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        import h5py
-        self._file = h5py.File(path, "r")
+        """path: a file .vtkhdf, or the folder of a run, which has run.vtkhdf."""
+        if os.path.isdir(path):
+            path = os.path.join(path, "run.vtkhdf")
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"{os.fspath(path)}: no such recording; Recorder writes one, and so does omentum retract -o DIR: DIR/run.vtkhdf")
+        h5py = need("h5py", "Recording")
+        try:
+            self._file = h5py.File(path, "r")
+        except OSError as error:
+            raise FileFailed(f"{os.fspath(path)}: not a recording (HDF5 says: {error})") from None
+        if "VTKHDF/Steps" not in self._file:
+            self._file.close()
+            raise Invalid(f"{os.fspath(path)}: HDF5, but not a recording of Recorder or of a run: it has no VTKHDF/Steps")
         self._root = self._file["VTKHDF"]
         steps = self._root["Steps"]
         self.times: np.ndarray = steps["Values"][()]
@@ -129,7 +146,7 @@ class Recording:
 
     def to_pyvista(self, i: int) -> Any:
         """Step i as a pyvista.UnstructuredGrid."""
-        import pyvista
+        pyvista = need("pyvista", "to_pyvista()")
         cells = np.concatenate([np.insert(cell, 0, len(cell)) for cell in self.cells])
         grid = pyvista.UnstructuredGrid(cells, self._root["Types"][:self.ncell], self.x(i))
         for name in self.point_names:
@@ -137,6 +154,46 @@ class Recording:
         for name in self.cell_names:
             grid.cell_data[name] = self.array(name, i)
         return grid
+
+    def plot(self, name: str | None = None, step: int | None = None, ax: Any = None) -> Any:
+        """Draw it with matplotlib; the axes are returned. Over time: the largest displacement since the first step, or the least, the
+        mean and the largest value of an array (of vectors: of their norms). With `step`: the shape there, coloured by the array."""
+        if step is not None:
+            return self._plot_shape(name, step, ax)
+        if name is None:
+            first = self.x(0)
+            far = [1e3 * np.linalg.norm(self.x(i) - first, axis=1).max(initial=0) for i in range(len(self))]
+            ax = _plot.axes_2d(ax, "time, s", "largest displacement, mm")
+            ax.plot(self.times, far)
+            return ax
+        ax = _plot.axes_2d(ax, "time, s", name)
+        values = [self._numbers(name, i) for i in range(len(self))]
+        for label, of in (("largest", np.max), ("mean", np.mean), ("least", np.min)):
+            ax.plot(self.times, [of(v) for v in values], label=label)
+        ax.legend()
+        return ax
+
+    def _numbers(self, name: str, i: int) -> np.ndarray:
+        """An array as one number a row."""
+        values = np.asarray(self.array(name, i), float)
+        return values if values.ndim == 1 else values[:, 0] if values.shape[1] == 1 else np.linalg.norm(values, axis=1)
+
+    def _plot_shape(self, name: str | None, step: int, ax: Any) -> Any:
+        x, cells = self.x(step), self.cells
+        values = None if name is None else self._numbers(name, step)
+        if len(cells[0]) == 3:
+            surface, vert, tri = None, np.arange(len(x)), np.array(cells)
+            painted = None if values is None else values if name in self.cell_names else values[tri].mean(axis=1)
+        else:
+            mesh = TetMesh(x, np.array([cell[:4] for cell in cells]))
+            surface, vert = mesh.boundary()
+            tri = surface.tri
+            painted = None if values is None else _plot.of_triangles(mesh, vert, tri, values) if name in self.cell_names else values[vert][tri].mean(axis=1)
+        ax = _plot.axes_3d(ax)
+        _plot.triangles(ax, x[vert], tri, values=painted, name=name)
+        _plot.fit(ax, 1e3 * x[vert])
+        ax.set_title(f"{self.times[step]:.3g} s")
+        return ax
 
     def close(self) -> None:
         """Close the file."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
+from . import plot as _plot
 from ._convert import array_of
 from ._lib import Handle, Owner, lib, make_error, path_of
 from .volume import picture_as_c
@@ -89,6 +90,20 @@ class Chart:
         return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height + 30}" width="{width}">'
                 f'<style>{_STYLE}</style><rect width="{width}" height="{height + 30}" fill="#fff"/>'
                 f'{"".join(head)}<g transform="translate(0 30)">{lines}</g></svg>\n')
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the lines and limits with matplotlib; the axes are returned."""
+        ax = _plot.axes_2d(ax, self.x_label, self.y_label)
+        ax.set_title(self.title)
+        for name, (x, y) in self.lines.items():
+            ax.plot(x, y, label=name)
+        for name, value in self.limits.items():
+            ax.axhline(value, color="black", linestyle="--", label=name)
+        ax.set_xscale("log" if self.is_log_x else "linear")
+        ax.set_yscale("log" if self.is_log_y else "linear")
+        if len(self.lines) + len(self.limits) > 1:
+            ax.legend()
+        return ax
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write .svg."""

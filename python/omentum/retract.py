@@ -10,6 +10,7 @@ from typing import Any, Callable
 import numpy as np
 
 from . import _capi as c
+from . import plot as _plot
 from ._convert import find_enum, functions_of
 from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, hdf5, lib, path_of, refuse_fork, status_of
 from .plan import Plan, Planner, Situation
@@ -36,6 +37,10 @@ class RetractResult:
     actions: list[dict[str, Any]]
     updates: list[dict[str, Any]]
     summary: dict[str, Any]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw force and visible share over time with matplotlib; the axes are returned."""
+        return _plot.run(ax, self.samples, self.outcome)
 
     @classmethod
     def _of(cls, raw: Any) -> RetractResult:

@@ -12,11 +12,14 @@ import time
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecEnv as Base
+from ._convert import need
 
-from .gym import _seen, _spaces
-from .rl import RlTask, RlVec
+need("stable_baselines3", "omentum.sb3")
+from stable_baselines3.common.monitor import Monitor  # noqa: E402 - behind the error that says how to get it
+from stable_baselines3.common.vec_env import VecEnv as Base  # noqa: E402
+
+from .gym import _seen, _spaces  # noqa: E402
+from .rl import RlTask, RlVec  # noqa: E402
 
 
 class VecEnv(Base):

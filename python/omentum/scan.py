@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of
+from . import plot as _plot
+from ._convert import array_of, length, need
 from ._lib import Handle, Owner, lib, pose, view
 from .scene import Site
 from .world import Observation, World
@@ -48,7 +49,7 @@ class Scan(Owner):
         definition = lib.om_scan_default_def(lib.om_site_spacing(ctypes.byref(site._c)))
         space = lib.om_cloud_default_def(world._c if world is not None else None, ctypes.byref(site._c))
         in_space = {name: fields.pop(name) for name in ("clearance", "tool_margin", "reach") if name in fields}
-        definition.assign(fields)
+        definition.assign(fields, also=("clearance", "tool_margin", "reach"))
         space.assign(in_space)
         raw, picture = c.OmScan(), c.OmObservation()
         try:
@@ -61,7 +62,7 @@ class Scan(Owner):
         return scan
 
     @classmethod
-    def from_depth(cls, depth: Any, camera: c.OmCamera, mask: Any = None, box: Any = None, spacing: float = 0.003,
+    def from_depth(cls, depth: Any, camera: c.OmCamera, mask: Any = None, box: Any = None, spacing: float | str = 0.003,
                    time: float = 0.0, **fields: Any) -> Scan:
         """The tissue in a depth picture of any depth camera. Every pixel with a depth is taken for tissue, so leave out what is
         none by `mask` or `box`; Scan.from_observation knows tools, board and organ, and tells tissue by its colour.
@@ -78,7 +79,7 @@ class Scan(Owner):
         if depth.size and np.nanmax(depth) > 20:
             raise ValueError(f"depth: {np.nanmax(depth):g} m is the largest; depths are in metres, 250 mm is 0.25")
         low, high = ((-1e3,) * 3, (1e3,) * 3) if box is None else box
-        definition = lib.om_scan_default_def(spacing)
+        definition = lib.om_scan_default_def(length(spacing, "spacing"))
         definition.use_color = False
         definition.assign(fields)
         field, picture, raw = c.OmScanField(), c.OmDepthPicture(), c.OmScan()
@@ -90,6 +91,23 @@ class Scan(Owner):
         scan = cls.__new__(cls)
         scan._own(raw)
         return scan
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw its triangles, or its points where it has none, with matplotlib; the axes are returned."""
+        ax = _plot.axes_3d(ax)
+        if len(self.tri):
+            _plot.triangles(ax, self.x, self.tri)
+        else:
+            _plot.dots(ax, self.x, "points", _plot.FLESH)
+        _plot.fit(ax, 1e3 * self.x)
+        return ax
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData, m, with `normal` at its points."""
+        pyvista = need("pyvista", "to_pyvista()")
+        poly = pyvista.PolyData(self.x.copy(), np.insert(self.tri, 0, 3, axis=1).ravel()) if len(self.tri) else pyvista.PolyData(self.x.copy())
+        poly.point_data["normal"] = self.normal.copy()
+        return poly
 
     @property
     def x(self) -> np.ndarray:

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, find_enum, index_array
+from . import plot as _plot
+from ._convert import array_of, find_enum, index_array, length, need, quantity
 from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix,
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
-from .tissue import engines, with_status
+from .tissue import check_material, engines, warn_of_fall, with_status
 
 class Scene(c.OmScene):
     """Everything a run needs to know: the fields of OmScene, SI units. `scene.tissue.young = 4000` changes one.
@@ -102,6 +103,23 @@ class Site(Owner):
         self.organ = Surface._copy(raw.organ) if raw.has_organ else None
         self.has_ground: bool = raw.has_ground
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draw mesh, organ and region of interest at rest with matplotlib; the axes are returned."""
+        ax = self.mesh.plot(ax)
+        if self.organ:
+            _plot.triangles(ax, self.organ.x, self.organ.tri, _plot.FLESH, 0.5)
+        _plot.dots(ax, self.roi_x, "region of interest", _plot.RED)
+        ax.legend()
+        return ax
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.MultiBlock: "tissue", "roi", and "organ" where there is one."""
+        blocks = need("pyvista", "to_pyvista()").MultiBlock()
+        blocks["tissue"], blocks["roi"] = self.mesh.to_pyvista(), self.roi.to_pyvista()
+        if self.organ:
+            blocks["organ"] = self.organ.to_pyvista()
+        return blocks
+
     @property
     def attached_area(self) -> float:
         """m^2."""
@@ -113,6 +131,17 @@ class BodyReport(c.OmBodyReport):
 
     status: c.OmStatus
     message: str
+
+
+_SETTINGS = ("role", "nworker", "scene", "progress")  # arguments of Body beside the tissue's fields
+
+
+class BodyForces(c.OmBodyForces):
+    """OmBodyForces, N."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Bars of the components of each force that is not zero, with matplotlib; the axes are returned."""
+        return _plot.forces(ax, self)
 
 
 class Body(Owner):
@@ -127,18 +156,28 @@ class Body(Owner):
     """
 
     def __init__(self, source: Scene | Patient | Site | str | os.PathLike[str], role: str = "twin", nworker: int = 0,
-                 scene: Scene | None = None, progress: bool | ProgressFunction | None = None) -> None:
+                 scene: Scene | None = None, progress: bool | ProgressFunction | None = None, **tissue: Any) -> None:
         """
         source: a scene or the path of its file, a patient model, or a site of `scene`.
         role: "twin", the robot's belief, or "world", the simulated truth.
         nworker: threads of a step, 0: one a processor; results do not depend on it.
         scene: of a patient: settings such as law and engine; its tissue is replaced by the patient.
+        tissue: fields of OmSceneTissue that replace those of the scene: young (Pa, or words: "3 kPa"), poisson, law, density, engine, ...
         """
+        check_material(tissue)
+        if tissue and isinstance(source, Site):
+            raise TypeError(f"{', '.join(tissue)}: a site is built already; set them in its scene")
+        for name, kind in (("young", "stress"), ("density", "density")):
+            if name in tissue:
+                tissue[name] = quantity(tissue[name], kind, name)
         if not isinstance(source, (Patient, Site)):
             source = scene_of(source)
-        self._made = None if isinstance(source, Site) else (source, role, nworker, scene.copy() if scene is not None else None)
+            if tissue:
+                source = source.copy()
+                source.tissue.assign(tissue, also=_SETTINGS)
+        self._made = None if isinstance(source, Site) else (source, role, nworker, scene.copy() if scene is not None else None, tissue)
         if isinstance(source, Patient):
-            scene, site = _patient_site(source, scene, role, progress)
+            scene, site = _patient_site(source, scene, role, progress, tissue)
         elif isinstance(source, Site):
             if scene is None:
                 raise ValueError("a body of a site needs the scene of the site")
@@ -154,6 +193,7 @@ class Body(Owner):
     def _setup(self, handle: Handle) -> None:
         self._handle = handle
         self._busy = Busy("Body")
+        self._is_looked_at = False
         self._shape = self.site.mesh.x.shape
 
     @classmethod
@@ -210,9 +250,10 @@ class Body(Owner):
 
     # ---- changing it ----
 
-    def grasp(self, tip: Any, arm: int = 0, radius: float = 0.005) -> int:
+    def grasp(self, tip: Any, arm: int = 0, radius: float | str = 0.005) -> int:
         """Grasp the vertices within `radius` m of the tip (a point or a pose), with quadratic elements also the midpoints of
-        edges there; their number is returned."""
+        edges there; their number is returned. A radius above 0.1 m is refused."""
+        radius = length(radius, "radius")
         held = ctypes.c_int()
         with self._busy:
             lib.om_body_grasp(self._c, arm, pose(tip), radius, ctypes.byref(held))
@@ -246,6 +287,7 @@ class Body(Owner):
         """A step of `dt` s. One that did not converge has advanced; it raises NotConverged, or with strict=False returns the
         report, whose `status` and `message` say so."""
         report = BodyReport()
+        self._look_at_supports()
         with self._busy:
             forget_message()
             status = lib.om_body_step(self._c, dt, ctypes.byref(report))
@@ -253,10 +295,20 @@ class Body(Owner):
 
     def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> bool:
         """Step until all speeds are below `speed` m/s, for at most `seconds` s. True: the body is at rest."""
+        self._look_at_supports()
         with self._busy:
             forget_message()
             status = lib.om_body_settle(self._c, dt, speed, seconds)
         return outcome(status, status == 0, strict)
+
+    def _look_at_supports(self) -> None:
+        """Before the first step alone, as of Tissue: a body that no board, organ, attachment or tool carries falls."""
+        if self._is_looked_at:
+            return
+        self._is_looked_at = True
+        site = self.site
+        if not (site.has_ground or site.organ or self.attached.any() or (self.held_by >= 0).any()) and self.scene.tissue.gravity:
+            warn_of_fall()
 
     def reset(self) -> None:
         """Back to the rest shape and the attachments of the site, at time 0."""
@@ -265,9 +317,9 @@ class Body(Owner):
 
     # ---- measuring ----
 
-    def forces(self) -> c.OmBodyForces:
+    def forces(self) -> BodyForces:
         """N: grasp and pull (arms x 3), attachment, contact, weight (3)."""
-        out = c.OmBodyForces()
+        out = BodyForces()
         with self._busy:
             lib.om_body_get_forces(self._c, ctypes.byref(out))
         return out
@@ -278,6 +330,24 @@ class Body(Owner):
         with self._busy:
             lib.om_body_get_vertex_forces(self._c, out.ctypes.data)
         return out
+
+    def plot(self, measure: str | None = None, ax: Any = None, color: Any = _plot.FAT) -> Any:
+        """Draw the present shape with matplotlib, and the organ below it; attached and grasped vertices are marked, and the axes
+        returned. measure: colours the tissue, as of Tissue.measure."""
+        ax = _plot.axes_3d(ax)
+        if self.site.organ:
+            _plot.triangles(ax, self.site.organ.x, self.site.organ.tri, _plot.FLESH, 0.5)
+        values = None if measure is None else self.measure(measure)
+        return _plot.deformed(ax, self.mesh, self.x, self.attached, self.held_by, measure, values, color)
+
+    def to_pyvista(self, *measures: str) -> Any:
+        """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements.
+        `body.site.organ.to_pyvista()` is the organ."""
+        mesh = self.mesh
+        grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
+        for name in measures:
+            grid.cell_data[name] = self.measure(name)
+        return _plot.add_vertex_data(grid, self.attached, self.held_by, mesh.x, self.x)
 
     def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
         """A measure of every element (ntet), as of Tissue.measure."""
@@ -304,21 +374,21 @@ class Body(Owner):
     def __reduce__(self) -> Any:
         if self._made is None:
             raise TypeError("a body of a site, or of a world, is not pickled: pickle the scene or the patient, and snapshot()")
-        source, role, nworker, scene = self._made
+        source, role, nworker, scene, tissue = self._made
         source = self.scene if isinstance(source, Scene) else source  # as it was when the body was made
-        return _restored_body, (source, role, nworker, scene, self.snapshot())
+        return _restored_body, (source, role, nworker, scene, tissue if isinstance(source, Patient) else {}, self.snapshot())
 
     def __repr__(self) -> str:
         return "Body(closed)" if self.is_closed else f"Body({self.mesh!r}, engine {self.engine!r})"
 
 
-def _restored_body(source: Any, role: str, nworker: int, scene: Scene | None, snapshot: bytes) -> Body:
-    body = Body(source, role, nworker, scene)
+def _restored_body(source: Any, role: str, nworker: int, scene: Scene | None, tissue: dict[str, Any], snapshot: bytes) -> Body:
+    body = Body(source, role, nworker, scene, **tissue)
     body.restore(snapshot)
     return body
 
 
-def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: Any) -> tuple[Scene, Site]:
+def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: Any, tissue: dict[str, Any]) -> tuple[Scene, Site]:
     """A scene whose tissue is the patient model, and its site, which holds no file afterwards."""
     mine = Scene.parse(scene.yaml(), scene.path or "scene") if scene is not None else Scene()
     with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
@@ -329,4 +399,5 @@ def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: An
         if scene is None:
             mine.attach.kind = int(c.OmAttachKind.SET)
             mine.tissue.young = mine.tissue.density = mine.tissue.poisson = -1  # the materials of the patient
+        mine.tissue.assign(tissue, also=_SETTINGS)
         return mine, Site(mine, role, progress)

@@ -3,15 +3,15 @@ from __future__ import annotations
 
 import ctypes
 import os
-import warnings
 from typing import Any
 
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, find_enum, index_array, quantity
+from . import plot as _plot
+from ._convert import array_of, find_enum, index_array, length, quantity
 from ._lib import (Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, path_of,
-                   pose, view)
+                   pose, view, warn_user)
 from .engine import Engine
 from .mesh import TetMesh
 from .patient import Patient
@@ -24,6 +24,14 @@ class StepReport(c.OmTissueReport):
 
     status: c.OmStatus
     message: str
+
+
+class TissueForces(c.OmTissueForces):
+    """OmTissueForces, N."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Bars of the components of each force that is not zero, with matplotlib; the axes are returned."""
+        return _plot.forces(ax, self)
 
 
 def with_status(report: Any, status: int) -> Any:
@@ -84,6 +92,20 @@ _FALLS = ("the tissue is held by nothing and falls: attach it (the mesh's set \"
           "a ground (Contact), or set gravity=(0, 0, 0)")
 
 
+_LONG = 2.0  # m; a longer mesh was probably meant in millimetres
+
+
+def check_material(options: dict[str, Any]) -> None:
+    """Raise TypeError, which says what works, where a material was named."""
+    if "material" in options:
+        raise TypeError(_NO_MATERIAL.format(options["material"]))
+
+
+def warn_of_fall() -> None:
+    """Warn of tissue that nothing holds."""
+    warn_user(_FALLS)
+
+
 class Tissue(Owner):
     """Tissue of a mesh: positions (m), forces (N) and time of one simulation.
 
@@ -110,8 +132,7 @@ class Tissue(Owner):
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
         rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
-        if "material" in options:
-            raise TypeError(_NO_MATERIAL.format(options["material"]))
+        check_material(options)
         if young is not None:
             young = quantity(young, "stress", "young")
         if "density" in options:
@@ -119,6 +140,10 @@ class Tissue(Owner):
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
         if isinstance(mesh, Patient):
             materials, mesh = materials or mesh.materials, mesh.mesh
+        long = float(np.ptp(mesh.x, axis=0).max(initial=0)) if len(mesh.x) else 0.0
+        if long > _LONG:
+            warn_user(f"the mesh is {long:g} m long: positions are in metres; if these are millimetres, multiply mesh.x by 0.001 (from_meshio and "
+                      "from_pyvista take unit=0.001)")
         arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, "bonds": bonds, **plain, **options}
         raw, table = mesh._as_c(), find_engine(engine)
         definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
@@ -268,11 +293,12 @@ class Tissue(Owner):
                                          None if anchor is None else anchor.ctypes.data,
                                          None if stiffness is None else stiffness.ctypes.data)
 
-    def grasp(self, tip: Any, arm: int = 0, radius: float = 0.005) -> int:
+    def grasp(self, tip: Any, arm: int = 0, radius: float | str = 0.005) -> int:
         """Grasp the vertices within `radius` m of the tip, which they follow rigidly; their number is returned.
 
-        tip: a point, m (3), a pose (4 x 4), or (point, quaternion x y z w).
+        tip: a point, m (3), a pose (4 x 4), or (point, quaternion x y z w). radius: above 0.1 m it is refused.
         """
+        radius = length(radius, "radius")
         held = ctypes.c_int()
         with self._busy:
             lib.om_tissue_grasp(self._model_c, self._c, arm, pose(tip), radius, ctypes.byref(held))
@@ -295,23 +321,27 @@ class Tissue(Owner):
         with strict=False returns the report, whose `status` and `message` say so.
         """
         report = StepReport()
-        if not self._is_looked_at:
-            self._look_at_supports()
+        self._look_at_supports()
         with self._busy:
             forget_message()
             status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
 
-    def _look_at_supports(self) -> None:
-        """Before the first step alone: most falls are forgotten attachments."""
+    def _look_at_supports(self, has_support: bool = False) -> None:
+        """Before the first step alone: most falls are forgotten attachments. has_support: a ground carries it."""
+        if self._is_looked_at:
+            return
         self._is_looked_at = True
+        if has_support:
+            return
         held = self.attached.any() or (self.held_by >= 0).any() or self.external_force.any()
         if not held and np.frombuffer(lib.om_tissue_gravity(self._model_c), np.float64).any():
-            warnings.warn(_FALLS, stacklevel=3)
+            warn_of_fall()
 
     def find_rest(self, tolerance: float = 1e-5, max_iterations: int = 100, strict: bool = True) -> StepReport:
         """Static equilibrium under weight, external forces, attachments and tools. `strict` as of step."""
         report = StepReport()
+        self._look_at_supports()
         with self._busy:
             forget_message()
             status = lib.om_tissue_find_rest(self._model_c, self._c, self._work.address, tolerance, max_iterations,
@@ -325,9 +355,9 @@ class Tissue(Owner):
 
     # ---- measuring ----
 
-    def forces(self) -> c.OmTissueForces:
+    def forces(self) -> TissueForces:
         """Resultants on the tissue, N: grasp and pull (arms x 3), attachment, contact, external, weight (3)."""
-        out = c.OmTissueForces()
+        out = TissueForces()
         with self._busy:
             lib.om_tissue_get_forces(self._model_c, self._c, ctypes.byref(out))
         return out
@@ -358,6 +388,20 @@ class Tissue(Owner):
         with self._busy:
             lib.om_tissue_get_measure(self._model_c, self._c, number, out.ctypes.data)
         return out
+
+    def plot(self, measure: str | None = None, ax: Any = None, color: Any = _plot.FAT) -> Any:
+        """Draw the present shape with matplotlib, attached and grasped vertices marked; the axes are returned. measure: colours the
+        surface, as of measure()."""
+        values = None if measure is None else self.measure(measure)
+        return _plot.deformed(ax, self.mesh, self.x, self.attached, self.held_by, measure, values, color)
+
+    def to_pyvista(self, *measures: str) -> Any:
+        """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements."""
+        mesh = self.mesh
+        grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
+        for name in measures:
+            grid.cell_data[name] = self.measure(name)
+        return _plot.add_vertex_data(grid, self.attached, self.held_by, mesh.x, self.x)
 
     def energy(self) -> c.OmTissueEnergy:
         """elastic, kinetic, gravity, spring: J."""

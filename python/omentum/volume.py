@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import meters_per
+from . import plot as _plot
+from ._convert import meters_per, need
 from ._lib import Handle, lib, path_of, view
 
 _TYPES = {
@@ -109,6 +110,34 @@ class Volume:
     def spacing(self) -> np.ndarray:
         """Sides of a voxel, m (3)."""
         return np.linalg.norm(self.affine[:3, :3], axis=0)
+
+    def plot(self, axis: int = 2, index: int | None = None, ax: Any = None) -> Any:
+        """Draw a slice with matplotlib, the one in the middle unless `index` says another; the axes are returned."""
+        if axis not in (0, 1, 2):
+            raise ValueError(f"axis {axis}: 0, 1 or 2")
+        number = self.values.shape[axis]
+        index = number // 2 if index is None else index
+        if not 0 <= index < number:
+            raise IndexError(f"slice {index} of {number}")
+        across, along = [k for k in range(3) if k != axis]
+        side = 1e3 * self.spacing
+        ax = _plot.axes_2d(ax, f"{'ijk'[across]}, mm", f"{'ijk'[along]}, mm")
+        extent = (0, side[across] * self.values.shape[across], 0, side[along] * self.values.shape[along])
+        ax.imshow(np.take(self.values, index, axis).T, cmap="gray", origin="lower", extent=extent)
+        ax.set_title(f"{'ijk'[axis]} = {index} of {number}")
+        return ax
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.ImageData, m, with `values` at its points; a pyvista.StructuredGrid where the axes are turned."""
+        pyvista = need("pyvista", "to_pyvista()")
+        sides = np.diag(self.affine[:3, :3])
+        if np.array_equal(self.affine[:3, :3], np.diag(sides)) and (sides > 0).all():
+            grid = pyvista.ImageData(dimensions=self.values.shape, spacing=tuple(sides), origin=tuple(self.affine[:3, 3]))
+        else:
+            at = np.stack(np.meshgrid(*map(np.arange, self.values.shape), indexing="ij"), axis=-1) @ self.affine[:3, :3].T + self.affine[:3, 3]
+            grid = pyvista.StructuredGrid(*np.moveaxis(at, -1, 0))
+        grid.point_data["values"] = self.values.ravel(order="F")
+        return grid
 
     def labels(self) -> dict[int, int]:
         """Labels above 0 and their number of voxels."""

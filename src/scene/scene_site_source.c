@@ -119,7 +119,10 @@ static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, O
 
 // Move mesh, materials, organ and ROI out of a patient model; the caller frees the rest.
 static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
-    OM_CHECK(patient->nroi > 0, OM_INVALID, "%s: the patient model %s has no ROI to expose",
+    OM_CHECK(patient->nroi > 0, OM_INVALID,
+             "%s: the patient model %s has no region of interest to expose: build it as fat over "
+             "an organ (`sheet`, or `over` with `roi`), or simulate it without a scene "
+             "(om_tissue_create, in Python Tissue(patient))",
              om_scene_label(scene), patient->name);
     site->mesh = patient->mesh;
     memset(&patient->mesh, 0, sizeof patient->mesh);
