@@ -2,7 +2,7 @@
 'use strict';
 
 const $ = (id) => document.getElementById(id);
-const COLORS = { tissue: 0xe8c27a, organ: 0x9c3b3f, region: 0xd94fc2, tool: 0xb8c4cf };
+const COLORS = { tissue: 0xe8c27a, organ: 0x9c3b3f, region: 0xd94fc2, tool: 0xb8c4cf, probe: 0xc8d6e2 };
 const LANES = [
   { key: 'visibility', name: 'seen', unit: '%', scale: 100, digits: 0, color: '#56b4e9', least: 100 },
   { key: 'force', name: 'force', unit: 'N', scale: 1, digits: 2, color: '#e69f00', least: 0.1, also: 'forceTrue' },
@@ -121,13 +121,23 @@ class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.cut = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 1e3);
     this.addLights();
-    this.parts = scene.parts.map((p) => this.addPart(p));
-    if (scene.task.has_ground) this.addGround();
-    this.frustum = this.addFrustum();
+    this.load(scene);
     this.dots = [this.addDots(0x56b4e9, 0.0035), this.addDots(0xf0e442, 0.0025)];
     this.dots[1].visible = false;
     this.color = 'plain';
     this.look('near');
+  }
+
+  // What is drawn of a scene; another one takes its place.
+  load(scene) {
+    this.scene = scene;
+    if (this.content) this.world.remove(this.content);
+    for (const p of this.parts || []) p.mesh.geometry.dispose();
+    this.content = new THREE.Group();
+    this.world.add(this.content);
+    this.parts = scene.parts.map((p) => this.addPart(p));
+    if (scene.task.has_ground) this.addGround();
+    this.frustum = this.addFrustum();
   }
 
   addLights() {
@@ -148,7 +158,7 @@ class Stage {
       clippingPlanes: part.kind === 'tool' ? [] : [this.cut], vertexColors: isTissue });
     const mesh = new THREE.Mesh(geometry, material);
     mesh.frustumCulled = false;
-    this.world.add(mesh);
+    this.content.add(mesh);
     return { ...part, mesh, stress: null, stressMost: 0 };
   }
 
@@ -160,8 +170,7 @@ class Stage {
     group.add(grid);
     group.position.fromArray(this.scene.task.position);
     group.quaternion.fromArray(this.scene.task.quaternion);
-    this.world.add(group);
-    this.ground = group;
+    this.content.add(group);
   }
 
   // Lines from the endoscope's place to the corners of its picture.
@@ -174,7 +183,7 @@ class Stage {
     const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x8fa3b5 }));
     lines.position.fromArray(position);
     lines.quaternion.fromArray(quaternion);
-    this.world.add(lines);
+    this.content.add(lines);
     return lines;
   }
 
@@ -413,7 +422,7 @@ class Page {
 
   makeFacts() {
     for (const [key, name] of [['visibility', 'of the region seen'], ['force', 'force, by the twin'], ['forceTrue', 'force, in the truth'],
-      ['mu', 'discrepancy of the twin']]) {
+      ['mu', 'discrepancy of the twin'], ['rate', 'steps a second']]) {
       const div = document.createElement('div'), dt = document.createElement('dt'), dd = document.createElement('dd');
       dt.textContent = name;
       dt.id = 'name-' + key;
@@ -497,15 +506,16 @@ class Page {
         this.showLegend(this.stage.paint());
         this.stage.draw();
       });
-    const toggle = (name, get, set) => this.button('shown', name, get(), (b) => {
+    this.toggles = {};
+    const toggle = (name, get, set) => this.toggles[name] = this.button('shown', name, get(), (b) => {
       set(!get());
       b.setAttribute('aria-pressed', get());
       this.stage.draw();
     });
     const { stage } = this;
     for (const kind of ['tissue', 'organ', 'tool', 'region']) {
-      const of = stage.parts.filter((p) => p.kind === kind);
-      if (of.length) toggle({ tool: 'tools' }[kind] || kind, () => of[0].mesh.visible, (on) => of.forEach((p) => { p.mesh.visible = on; }));
+      const of = () => stage.parts.filter((p) => p.kind === kind);
+      if (of().length) toggle({ tool: 'tools' }[kind] || kind, () => of().every((p) => p.mesh.visible), (on) => of().forEach((p) => { p.mesh.visible = on; }));
     }
     if (this.log.points[0].length || this.isLive) toggle('believed attachments', () => stage.dots[0].visible, (on) => { stage.dots[0].visible = on; });
     if (this.log.points[1].length || this.isLive) toggle('true attachments', () => stage.dots[1].visible, (on) => { stage.dots[1].visible = on; });
@@ -649,8 +659,10 @@ class Live extends Page {
     this.hasControl = false;
     document.body.classList.add('live');
     for (const id of ['play', 'speed', 'time']) $(id).hidden = true;
-    this.addKeys({ ' ': ['space', 'pause or go', () => this.send(this.isPaused || this.isHeld ? 'go' : 'pause')] });
+    this.addKeys({ ' ': ['space', 'pause or go', () => this.send(this.isPaused || this.isHeld ? 'go' : 'pause')],
+      g: ['g', 'a hand: grasp and pull', () => this.setTool('grasp')], b: ['b', 'a hand: press with a ball', () => this.setTool('press')] });
     this.addHand();
+    this.addMaterial();
   }
 
   get isLive() { return true; }
@@ -670,6 +682,7 @@ class Live extends Page {
 
   showFrame() {
     const frames = this.log.frames, frame = frames[frames.length - 1];
+    if (!frame) return;  // another scene follows
     this.time = frame.time;
     this.log.scene.parts.forEach((_, k) => {
       const e = this.log.ofPart[k]?.at(-1);
@@ -705,6 +718,7 @@ class Live extends Page {
     if (message.png) this.pictures = [message];
     if (message.say) this.say(message.say, message.is_error);
     if (message.mode) this.setMode(message);
+    if (message.rate) this.showRate(message.rate);
     if ('control' in message) {
       this.hasControl = message.control;
       this.showControl();
@@ -723,14 +737,18 @@ class Live extends Page {
       $('commands').replaceChildren($('commands').querySelector('legend'));
       this.buttons = {};
       for (const [line, name] of this.mode === 'free' ? FREE : RUN) this.buttons[line] = this.button('commands', name, false, () => this.send(line));
-      $('young-label').hidden = this.mode !== 'free';
+      $('hand').hidden = this.mode !== 'free';
       $('line').hidden = this.mode !== 'run';
       document.body.classList.toggle('free', this.mode === 'free');
       this.chart.lanes = this.mode === 'free' ? [1] : [0, 1, 2];
-      if (this.mode === 'free') $('name-force').textContent = 'force of your hand, with the weight';
-      if (this.mode === 'free') $('status').textContent = 'Drag the tissue with the mouse: it is grasped and pulled. Drag beside it to turn the view.';
+      if (this.mode === 'free') {
+        this.setTool('grasp');
+        this.toggles['true attachments'].hidden = true;  // there is no robot, and no truth
+        if (this.stage.frustum.visible) this.toggles.endoscope.click();
+      }
       this.showControl();
     }
+    if (this.mode === 'free') this.showMaterial(message);
     this.isPaused = message.paused;
     this.isHeld = message.holds;
     if (this.mode === 'run') {
@@ -745,7 +763,7 @@ class Live extends Page {
   }
 
   showControl() {
-    for (const b of $('commands').querySelectorAll('button')) b.disabled = !this.hasControl;
+    for (const b of document.querySelectorAll('#commands button, #hand button, #hand input, #hand select')) b.disabled = !this.hasControl;
     $('watching').hidden = this.hasControl;
   }
 
@@ -775,7 +793,8 @@ class Live extends Page {
   // ---- a hand: grasp where the pointer meets the tissue, pull in the plane that faces the camera
 
   addHand() {
-    const canvas = $('canvas'), ray = new THREE.Raycaster(), at = new THREE.Vector2(), plane = new THREE.Plane(), p = new THREE.Vector3();
+    const canvas = $('canvas'), ray = new THREE.Raycaster(), at = new THREE.Vector2(), p = new THREE.Vector3();
+    let drag = null;
     const aim = (event) => {
       const box = canvas.getBoundingClientRect();
       at.set((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
@@ -801,19 +820,20 @@ class Live extends Page {
       tissue.geometry.computeBoundingSphere();
       const hit = ray.intersectObject(tissue)[0];
       if (!hit) return;
-      p.copy(hit.point);
-      plane.setFromNormalAndCoplanarPoint(this.stage.camera.getWorldDirection(new THREE.Vector3()).negate(), p);
+      drag = this.beginDrag(hit, ray.ray, event);
+      p.copy(drag.from);
       this.isPulling = true;
+      this.pointer = [event.clientX, event.clientY];
       this.stage.controls.enabled = false;
       canvas.setPointerCapture(event.pointerId);
-      this.send(line('grasp'));
+      this.send(line(this.tool));
       event.stopImmediatePropagation();
     }, true);
     canvas.addEventListener('pointermove', (event) => {
       if (!this.isPulling) return;
       aim(event);
       this.pointer = [event.clientX, event.clientY];
-      if (ray.ray.intersectPlane(plane, p)) this.next = line('move');
+      if (drag.to(ray.ray, event, p)) this.next = line('move');
     });
     const end = () => {
       if (!this.isPulling) return;
@@ -825,12 +845,103 @@ class Live extends Page {
     canvas.addEventListener('pointerup', end);
     canvas.addEventListener('pointercancel', end);
     setInterval(() => { if (this.next) this.send(this.next); this.next = null; }, 25);
-    $('young').addEventListener('change', () => this.send('young ' + (2 ** Number($('young').value)).toFixed(4)));
     $('line').addEventListener('keydown', (event) => {
       if (event.key !== 'Enter' || !$('line').value.trim()) return;
       this.send($('line').value.trim());
       $('line').value = '';
     });
+  }
+
+  // A drag that began where a ray met the tissue: from there to a point of each later ray.
+  // Grasped tissue follows in the plane that faces the camera. A probe begins outside of the surface and follows in the
+  // plane of its normal, so that a drag towards the tissue presses; where one looks along the normal, a longer drag is a
+  // deeper press.
+  beginDrag(hit, ray, event) {
+    const { camera } = this.stage, view = camera.getWorldDirection(new THREE.Vector3()), at = hit.point.clone(), plane = new THREE.Plane(), q = new THREE.Vector3();
+    if (this.tool === 'grasp') {
+      plane.setFromNormalAndCoplanarPoint(view.negate(), at);
+      return { from: at, to: (r, _, p) => r.intersectPlane(plane, p) };
+    }
+    const normal = hit.face.normal.clone();
+    if (normal.dot(ray.direction) > 0) normal.negate();
+    const from = at.clone().addScaledVector(normal, this.radius), across = view.clone().addScaledVector(normal, -view.dot(normal));
+    if (across.length() < 0.35) {
+      const begin = [event.clientX, event.clientY], pixel = 2 * hit.distance * Math.tan(camera.fov * Math.PI / 360) / $('canvas').clientHeight;
+      return { from, to: (_, e, p) => p.copy(from).addScaledVector(normal, -pixel * Math.hypot(e.clientX - begin[0], e.clientY - begin[1])) };
+    }
+    plane.setFromNormalAndCoplanarPoint(across.normalize(), at);
+    return { from, to: (r, _, p) => r.intersectPlane(plane, q) && p.copy(from).add(q).sub(at) };
+  }
+
+  setTool(tool) {
+    if (this.mode !== 'free' || this.toolButtons[tool].hidden) return;
+    this.tool = tool;
+    for (const [k, b] of Object.entries(this.toolButtons)) b.setAttribute('aria-pressed', k === tool);
+    $('radius-label').hidden = tool !== 'press';
+    $('name-force').textContent = tool === 'press' ? 'force of the probe' : 'force of your hand, with the weight';
+    $('status').textContent = tool === 'press' ? 'Drag into the tissue: a ball presses it. Drag beside it to turn the view.'
+      : 'Drag the tissue: it is grasped and pulled. Drag beside it to turn the view.';
+  }
+
+  // ---- what the tissue is made of
+
+  addMaterial() {
+    this.toolButtons = { grasp: this.button('tools', 'grasp and pull', true, () => this.setTool('grasp')),
+      press: this.button('tools', 'press with a ball', false, () => this.setTool('press')) };
+    const name = () => {
+      $('young-name').textContent = `Modulus, times ${(2 ** Number($('young').value)).toPrecision(2)}`;
+      $('poisson-name').textContent = `Poisson's ratio ${Number($('poisson').value).toFixed(2)}`;
+      $('radius-name').textContent = `Radius of the ball, ${(10 ** Number($('radius').value)).toPrecision(2)} mm`;
+    };
+    this.nameMaterial = name;
+    for (const id of ['young', 'poisson', 'radius']) $(id).addEventListener('input', name);
+    $('young').addEventListener('change', () => this.send('young ' + (2 ** Number($('young').value)).toFixed(4)));
+    $('poisson').addEventListener('change', () => this.send('poisson ' + $('poisson').value));
+    $('radius').addEventListener('change', () => this.send('probe ' + (10 ** Number($('radius').value) / 1000).toFixed(5)));
+    for (const id of ['law', 'element', 'engine']) $(id).addEventListener('change', () => this.send(`${id} ${$(id).value}`));
+  }
+
+  // As the program has it now, also where it refused a choice.
+  showMaterial(message) {
+    this.radius = message.radius;
+    for (const [id, names] of [['law', message.laws], ['element', message.elements], ['engine', message.engines]]) {
+      $(id).replaceChildren(...names.map((n) => new Option(n, n)));
+      $(id).value = message[id];
+      $(id).closest('label').hidden = names.length < 2;
+    }
+    $('young').value = Math.log2(message.young);
+    $('poisson').value = message.poisson;
+    $('radius').value = Math.log10(1000 * message.radius);
+    this.nameMaterial();
+    this.toolButtons.press.hidden = !message.can_press;
+    if (!message.can_press && this.tool === 'press') this.setTool('grasp');
+  }
+
+  // Steps on the wall, and how many there could be.
+  showRate(rate) {
+    const most = rate.step_ms > 0 ? 1000 / rate.step_ms : 0;
+    $('fact-rate').textContent = this.isPaused || !most ? '-' : `${rate.steps_per_s.toFixed(0)}, of ${rate.step_ms.toFixed(1)} ms`;
+    $('name-rate').textContent = `steps a second, ${rate.nvert} nodes`;
+    document.body.classList.toggle('slow', !this.isPaused && rate.step_ms > rate.time_step_ms);
+  }
+
+  // Another scene takes the place of this one.
+  clear() {
+    Object.assign(this.log, newLog(), { scene: this.log.scene });
+    this.story = [];
+    this.pictures = [];
+    this.shown = null;
+    $('story').replaceChildren();
+    this.chart.nseen = 0;
+    this.chart.most = LANES.map((lane) => lane.least);
+  }
+
+  newScene() {
+    const before = this.stage.scene.task, now = this.log.scene.task;
+    this.drawn = [];
+    this.stage.load(this.log.scene);
+    if (JSON.stringify(before) !== JSON.stringify(now)) this.stage.look('near');
+    for (const b of $('shown').querySelectorAll('button')) if (b.getAttribute('aria-pressed') === 'false' && !b.textContent.includes('attachments')) b.click();
   }
 
   showForce(frame) {
@@ -867,7 +978,7 @@ function connect() {
   socket.onmessage = (event) => {
     if (typeof event.data === 'string') {
       const message = JSON.parse(event.data);
-      if (message.clear && window.live) location.reload();
+      if (message.clear && window.live) window.live.clear();
       else if (window.live) window.live.take(message);
       else early.push(message);
       return;
@@ -885,6 +996,7 @@ function connect() {
       }
       for (const message of early) window.live.take(message);
     }
+    else if (kind === 1) window.live.newScene();
     if (kind === 2 && window.live) window.live.wantFrame();
     if (kind === 3 && window.live) window.live.showPoints();
   };

@@ -22,6 +22,8 @@
 extern "C" {
 #endif
 
+struct OmPress;  // of contact_tool.h
+
 /// Soft tissue with its contact. The twin is one, the simulated world contains another.
 typedef struct OmBody OmBody;
 
@@ -161,6 +163,10 @@ OM_API OmStatus om_body_set_force(OmBody* body, const double* force);
 /// These forces, N (nvert x 3); valid until the body is destroyed.
 OM_API const double* om_body_force(const OmBody* body);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
+/// A probe that presses on the body in its steps from now on, by om_press_move; om_press_report has its force.
+/// @param press  made for om_body_tissue, borrowed until the next call or om_body_set_young; null: none
+/// @return OM_OK; OM_INVALID (a body of om_body_create_shared); OM_UNAVAILABLE (an engine without a matrix: pbd, ...)
+OM_API OmStatus om_body_set_press(OmBody* body, struct OmPress* press);
 /// The arm that grasps each vertex, -1 if none (nvert); valid until the body is destroyed.
 OM_API const signed char* om_body_held_by(const OmBody* body);
 /// Replace all attachments between two steps, as om_tissue_set_attachment; those of an organ that deforms stay, and so

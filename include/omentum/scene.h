@@ -389,6 +389,13 @@ typedef struct OmSite {
 ///        OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                               OmSite* site);
+/// The tissue of a mesh or a patient model alone, as the twin's: it has no ROI but the patient's own, if there is one.
+/// Where its file has no set "attachment", its lowest layer is held, on a board: all vertices within half a mean edge
+/// of the lowest, and at least three.
+/// @param holds_lowest  out: the lowest layer is held; may be null
+/// @return OM_OK; OM_INVALID (a file's error, or the scene has no file); OM_NO_MEMORY; OM_IO; OM_CANCELLED
+OM_API OmStatus om_site_build_tissue(const OmScene* scene, const OmProgress* progress, OmSite* site,
+                                     bool* holds_lowest);
 OM_API void om_site_done(OmSite* site);
 /// Make OmSite.soft where the scene wants an organ that deforms at the site's role: the last part of om_site_build, and
 /// for sites that were read, whose `soft` is empty. Call om_site_done after an error.

@@ -42,7 +42,9 @@ typedef struct OmView3dDef {
     const OmScene* scene;  // borrowed, as all below
     OmBody* body;          // whose tissue, organ and region of interest are drawn
     OmWorld* world;        // whose tools are drawn; default null: none
-    bool has_stress;       // frames have the von Mises stress, if the engine has it; default true
+    // A surface that the caller moves, drawn as a tool; one with all vertices in one place is not seen. Default null.
+    const OmSurface* probe;
+    bool has_stress;  // frames have the von Mises stress, if the engine has it; default true
     // A frame has every part that moved since the scene, not since the last frame, as a client may miss some, and one
     // frame in six has the stress; default false.
     bool is_live;

@@ -54,7 +54,8 @@ OM_API const char* om_view_server_url(const OmViewServer* server);
 
 typedef enum OmViewChannel {
     OM_VIEW_LASTING,  // each page gets all of them, in order: scene, points, decisions
-    OM_VIEW_NEWEST    // a page gets the last one
+    OM_VIEW_NEWEST,   // a page gets the last one
+    OM_VIEW_STATUS    // the same, for a line of JSON that does not take a frame's place
 } OmViewChannel;
 /// @param data  one message of view.h, with its length in front, or a line of JSON that begins with {
 /// @return OM_OK; OM_NO_MEMORY

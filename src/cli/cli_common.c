@@ -261,6 +261,16 @@ void om_cli_clean_beside(const char* path) {
     if (path && om_path_dir(path, dir, sizeof dir) == OM_OK) om_path_clean(dir, false);
 }
 
+// A patient model has the key "mesh" at the beginning of a line; a scene has no such key.
+OmStatus om_cli_is_patient(const char* path, bool* is_patient) {
+    char* text;
+    size_t size;
+    OM_TRY(om_file_read(path, (size_t)64 << 20, &text, &size));
+    *is_patient = strncmp(text, "mesh:", 5) == 0 || strstr(text, "\nmesh:") != NULL;
+    om_free(text);
+    return OM_OK;
+}
+
 void om_cli_command(const OmCliArgs* args, const char* verb, char* out, size_t size) {
     int len = snprintf(out, size, "omentum %s", verb);
     for (int i = 1; i < args->argc && len >= 0 && (size_t)len < size; ++i)

@@ -128,6 +128,9 @@ int om_cli_fail_trials(const char* verb, OmStatus status, const char* trials);
 // Remove files that killed runs left beside the output file `path`; null: nothing.
 void om_cli_clean_beside(const char* path);
 
+// Is a YAML file a patient model, or a scene?
+OmStatus om_cli_is_patient(const char* path, bool* is_patient);
+
 // The command line as text, cut to its size.
 void om_cli_command(const OmCliArgs* args, const char* verb, char* out, size_t size);
 

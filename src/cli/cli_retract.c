@@ -348,7 +348,7 @@ static OmStatus read_settings(const OmCliArgs* args, bool needs_folder, OmCliRet
 
 static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
     const OmTissueEngine* engine;
-    OM_TRY(om_scene_load(om_cli_positional(args, 0), &s->scene));
+    if (!s->has_scene) OM_TRY(om_scene_load(om_cli_positional(args, 0), &s->scene));
     s->engines = om_engine_set_default();
     OM_TRY(om_engine_set_add(&s->engines, om_umesh_engine()));
     s->scene.engines = &s->engines;

@@ -22,6 +22,7 @@ typedef struct OmCliRetract {
     OmPreplan preplan;
     OmCliPerson person;
     OmRlActing* acting;  // null: straight lines
+    bool has_scene;      // `scene` is there: it is not read from the first argument
     bool needs_scene;    // false: only a text is wanted
 } OmCliRetract;
 

@@ -57,19 +57,9 @@ typedef struct Update {
 
 // ---- input ------------------------------------------------------------------------------------------
 
-// A patient model has the key "mesh" at the beginning of a line; a scene has no such key.
-static OmStatus find_kind(const char* path, bool* is_patient) {
-    char* text;
-    size_t size;
-    OM_TRY(om_file_read(path, (size_t)64 << 20, &text, &size));
-    *is_patient = strncmp(text, "mesh:", 5) == 0 || strstr(text, "\nmesh:") != NULL;
-    om_free(text);
-    return OM_OK;
-}
-
 static OmStatus read_patient(const OmCliArgs* args, Update* u) {
     bool is_patient;
-    OM_TRY(find_kind(u->patient, &is_patient));
+    OM_TRY(om_cli_is_patient(u->patient, &is_patient));
     if (is_patient) {
         const char* slash = strrchr(u->patient, '/');
         u->scene = om_scene_default();

@@ -10,7 +10,8 @@
 #include "omentum/record_words.h"
 
 static const OmCliOption option[] = {
-    {"--free", NULL, NULL, "no robot: grasp and pull the tissue of a scene with the mouse"},
+    {"--free", NULL, NULL,
+     "no robot: grasp, pull and press the tissue with the mouse; always so without a scene"},
     {"--defras", NULL, NULL, "all of DEFRAS: plan before, monitor, updates, look-ahead"},
     {"--approve", NULL, NULL, "each plan waits for you"},
     {"--open", NULL, NULL, "open the page in the browser of this machine"},
@@ -19,6 +20,8 @@ static const OmCliOption option[] = {
     {"--listen", NULL, "ADDRESS", "address of an interface, for other machines; needs --token",
      "127.0.0.1"},
     {"--token", NULL, "WORD", "that a page must know: letters and digits"},
+    {"--unit", NULL, "mm|cm|m", "unit of a mesh's lengths", "the file's unit, else mm"},
+    {"--up", NULL, "AXIS", "of a mesh, against gravity: x, y, z, -x, -y or -z", "z"},
     OM_CLI_OPTION_DATA,
     {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
     OM_CLI_OPTION_WORKERS,
@@ -202,23 +205,43 @@ static OmStatus find_recording(const char* name, char* path, size_t size) {
     if (!name || stat(name, &info) != 0 || !S_ISDIR(info.st_mode)) return OM_OK;
     OM_TRY(om_path_join(name, "run/view.html", path, size));
     if (om_path_exists(path)) return OM_OK;
+    OM_TRY(om_path_join(name, "patient.yaml", path, size));
+    const bool is_model = om_path_exists(path);
     OM_TRY(om_path_join(name, "view.html", path, size));
+    if (is_model && !om_path_exists(path)) {
+        path[0] = 0;
+        return OM_OK;
+    }
     OM_CHECK(
         om_path_exists(path), OM_INVALID,
-        "%s has no view.html: it is no folder of a run, or of an earlier version; run the scene again",
+        "%s has neither view.html nor patient.yaml: it is no folder of a run or of a model, or of an earlier version; "
+        "run the scene again",
         name);
+    return OM_OK;
+}
+
+static OmStatus check_options(const OmCliArgs* args, const OmCliRetract* s) {
+    OM_CHECK(s->has_scene || (!om_cli_get(args, "--unit") && !om_cli_get(args, "--up")), OM_INVALID,
+             "--unit and --up are of meshes; a scene has `unit` and `up`");
+    OM_CHECK(!s->out || (!s->has_scene && !om_cli_get(args, "--free")), OM_INVALID,
+             "--output is of runs; a hand in the simulation writes nothing");
     return OM_OK;
 }
 
 static int view_scene(const OmCliArgs* args) {
     OmCliRetract s = {.verb = "view"};
     OmViewServer* server = NULL;
+    char path[1200];
+    OmStatus status =
+        om_cli_positional(args, 0) ? om_cli_view_load(args, &s, path, sizeof path) : OM_OK;
+    if (status < 0) return om_cli_fail("view", status);
     int code = om_cli_retract_begin(args, false, &s);
     if (code != OM_EXIT_OK) return code;
-    OmStatus status = serve(args, s.scene.name, NULL, &server);
+    status = check_options(args, &s);
+    if (status == OM_OK) status = serve(args, s.scene.name, NULL, &server);
     if (status < 0) return om_cli_fail("view", status);
-    if (om_cli_get(args, "--free")) {
-        status = om_cli_view_free(&s, server, om_cli_positional(args, 0));
+    if (s.has_scene || om_cli_get(args, "--free")) {
+        status = om_cli_view_free(&s, server, path);
         code = status == OM_CANCELLED ? OM_EXIT_OK : om_cli_fail("view", status);
     } else {
         code = om_cli_view_run(&s, server);
@@ -247,19 +270,23 @@ static int om_cli_view(int argc, char** argv) {
 const OmCliVerb om_cli_verb_view = {
     .name = "view",
     .run = om_cli_view,
-    .summary = "watch a run in a browser, supervise one, or pull tissue with the mouse",
-    .usage = "omentum view DIR | SCENE.yaml [options]",
+    .summary = "watch a run in a browser, supervise one, or pull any tissue with the mouse",
+    .usage = "omentum view DIR | SCENE.yaml | MESH | PATIENT [options]",
     .about =
         "With the folder of a run it serves that run's view.html. With a scene it makes a run, which begins when a\n"
         "page is open, takes its time as on the wall, and obeys the page: pause, go, slow, forbid, approve and the\n"
-        "other commands of --supervise. With --free there is no robot: the mouse grasps the tissue and pulls it, and\n"
-        "the page shows the force. The page is at http://127.0.0.1:8765/, for this machine alone; over SSH forward\n"
-        "that port: ssh -L 8765:127.0.0.1:8765 HOST. A page with the controls that is not heard for two seconds\n"
-        "pauses the run. Ctrl-C ends the program.",
+        "other commands of --supervise. With --free there is no robot: the mouse grasps the tissue and pulls it, or\n"
+        "presses it with a ball, and the page shows the force; material, law and elements are chosen there. So it is\n"
+        "with a tetrahedral mesh (.vtu, .vtk, .msh) and a patient model (patient.yaml, or its folder), which need no\n"
+        "scene: they are held at their attachments, a mesh without any at its lowest layer. The page is at\n"
+        "http://127.0.0.1:8765/, for this machine alone; over SSH forward that port: ssh -L 8765:127.0.0.1:8765 HOST.\n"
+        "A page with the controls that is not heard for two seconds pauses the run. Ctrl-C ends the program.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum view out/run\n"
                "  omentum view scenes/sheet.yaml --free\n"
+               "  omentum view liver.msh --unit mm\n"
+               "  omentum view out/model\n"
                "  omentum view scenes/belief.yaml --defras\n"
                "  omentum view scenes/sheet.yaml --free --listen 192.168.1.20 --token 8f3a21",
     .key = result_key,

@@ -2,6 +2,7 @@
 //
 // The truth is placed on the twin's mesh in every case. The world's mesh takes over attachments and ROI by nearest
 // vertex, so that both meshes represent the same truth; then the twin's own attachments become the believed ones.
+#include <math.h>
 #include <string.h>
 
 #include "omentum/tissue.h"
@@ -28,6 +29,11 @@ void om_site_done(OmSite* site) {
 static OmStatus build_truth(const OmScene* scene, const OmProgress* progress, OmSite* site) {
     OM_TRY(om__site_build_body(scene, OM_SITE_TWIN, progress, site));
     bool is_patient = scene->tissue.source >= OM_SOURCE_PATIENT;
+    OM_CHECK(!is_patient || site->nroi > 0, OM_INVALID,
+             "%s: the patient model %s has no region of interest to expose: build it as fat over an "
+             "organ (`sheet`, or `over` with `roi`), or simulate it without a scene (omentum view; "
+             "om_tissue_create, in Python Tissue(patient))",
+             om_scene_label(scene), scene->tissue.file);
     if (!is_patient) OM_TRY(om__site_attach(scene, site));
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
     OM_CHECK(held && held->nvert > 0, OM_INVALID, "%s: attachments: nothing holds the tissue",
@@ -139,6 +145,59 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
                           om_scene_label(scene), held->nvert);
     if (status == OM_OK) status = om_site_mesh_organ(scene, site);
     if (status < 0) om_site_done(site);
+    return status;
+}
+
+// ---- a mesh or a patient alone ---------------------------------------------------------------------------------
+
+enum { LEAST_HELD = 3 };  // vertices that hold a body against any turn
+
+static OmStatus hold_lowest(OmSite* site) {
+    const OmPose task = om_pose_inverse(site->pose_world_task);
+    const int n = site->mesh.nvert;
+    double *height = NULL, *sorted = NULL;
+    int *list = NULL, nlist = 0;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(height, (size_t)n);
+    OM_ALLOC_DONE(sorted, (size_t)n);
+    OM_ALLOC_DONE(list, (size_t)n);
+    for (int v = 0; v < n; ++v)
+        sorted[v] = height[v] = om_pose_apply(task, om_load3(site->mesh.x, v)).z;
+    om_sort_doubles(sorted, n);
+    const double layer = sorted[0] + 0.5 * om_site_spacing(site);
+    const double top = fmax(layer, sorted[n < LEAST_HELD ? n - 1 : LEAST_HELD - 1]);
+    for (int v = 0; v < n; ++v)
+        if (height[v] <= top) list[nlist++] = v;
+    status = om_tet_mesh_add_set(&site->mesh, "attachment", list, nlist);
+done:
+    om_free(height);
+    om_free(sorted);
+    om_free(list);
+    return status;
+}
+
+static OmStatus build_tissue(const OmScene* scene, const OmProgress* progress, OmSite* site,
+                             bool* holds_lowest) {
+    OM_CHECK(scene->tissue.source == OM_SOURCE_MESH || scene->tissue.source == OM_SOURCE_PATIENT,
+             OM_INVALID, "%s: tissue: source is neither a mesh nor a patient",
+             om_scene_label(scene));
+    OM_TRY(om__site_build_body(scene, OM_SITE_TWIN, progress, site));
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    *holds_lowest = !held || held->nvert == 0;
+    if (*holds_lowest) OM_TRY(hold_lowest(site));
+    site->has_ground = *holds_lowest && !site->has_organ;
+    OM_TRY(om__site_measure_attachments(0, site));
+    om__site_set_stiffness(scene, site);
+    return om_site_mesh_organ(scene, site);
+}
+
+OmStatus om_site_build_tissue(const OmScene* scene, const OmProgress* progress, OmSite* site,
+                              bool* holds_lowest) {
+    bool is_lowest = false;
+    memset(site, 0, sizeof *site);
+    OmStatus status = build_tissue(scene, progress, site, &is_lowest);
+    if (status < 0) om_site_done(site);
+    if (holds_lowest) *holds_lowest = is_lowest;
     return status;
 }
 

@@ -119,11 +119,6 @@ static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, O
 
 // Move mesh, materials, organ and ROI out of a patient model; the caller frees the rest.
 static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
-    OM_CHECK(patient->nroi > 0, OM_INVALID,
-             "%s: the patient model %s has no region of interest to expose: build it as fat over "
-             "an organ (`sheet`, or `over` with `roi`), or simulate it without a scene "
-             "(om_tissue_create, in Python Tissue(patient))",
-             om_scene_label(scene), patient->name);
     site->mesh = patient->mesh;
     memset(&patient->mesh, 0, sizeof patient->mesh);
     OM_TRY(take_materials(scene, patient, site));
@@ -139,7 +134,7 @@ static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* s
         OmSdfDef def = om_sdf_default_def(patient->organ_spacing);
         def.margin = 0.02;
         OM_TRY(om_sdf_from_surface(&site->organ, &def, &site->organ_sdf));
-        OM_TRY(om__site_draw_roi(patient->roi_radius, site));
+        if (site->nroi > 0) OM_TRY(om__site_draw_roi(patient->roi_radius, site));
     }
     place_task_frame(site, patient->up, scene->tissue.view);
     return OM_OK;

@@ -6,7 +6,7 @@
 
 enum { VIEW_SCENE = 1, VIEW_FRAME, VIEW_POINTS, VIEW_DIFFERENCES };  // kinds of messages
 enum {
-    VIEW_MAX_PART = 3 + OM_MAX_ARM,
+    VIEW_MAX_PART = 4 + OM_MAX_ARM,
     VIEW_FRAME_HEAD = 44,  // bytes of a frame before its first part
     VIEW_BOX = 24          // of the box of a part
 };

@@ -124,6 +124,7 @@ static OmStatus add_parts(OmView3d* v) {
     OM_TRY(add_part(v, "region of interest", "region", v->anatomy->roi));
     for (int a = 0; v->def.world && a < OM_MAX_ARM; ++a)
         OM_TRY(add_part(v, tool[a], "tool", om_world_tool(v->def.world, a)));
+    if (v->def.probe) OM_TRY(add_part(v, "probe", "probe", v->def.probe));
     return OM_OK;
 }
 

@@ -23,6 +23,8 @@
 #define CHUNK 16384   // bytes of a file in one write
 #define MAX_CLIENT 32
 
+enum { NNEWEST = 2 };  // channels of which the last message counts: frames, status
+
 typedef struct Message {
     char* data;
     size_t size;
@@ -38,8 +40,8 @@ struct OmViewServer {
     pthread_mutex_t mutex;  // of what follows
     Message* lasting;
     int nlasting, capacity, generation;
-    Message newest;
-    uint64_t number;  // of the newest
+    Message newest[NNEWEST];
+    uint64_t number[NNEWEST];
     char line[MAX_LINES][OM_VIEW_MAX_LINE + 1];
     int nline, first;
     int nclient;
@@ -53,7 +55,7 @@ typedef struct Client {  // of a connection; zeroed by libwebsockets
     const char* body;    // HTTP: what is left of a file
     size_t left;
     int nlasting, generation;  // messages that it has
-    uint64_t number;
+    uint64_t number[NNEWEST];
     bool was_told, has_control;
     char line[OM_VIEW_MAX_LINE + 1];
     size_t nline;
@@ -228,9 +230,12 @@ static unsigned char* next_message(OmViewServer* s, struct lws* wsi, Client* c, 
         c->nlasting = 0;
     } else if (c->nlasting < s->nlasting) {
         m = s->lasting[c->nlasting++];
-    } else if (c->number < s->number && s->newest.data) {
-        m = s->newest;
-        c->number = s->number;
+    } else {  // the status first: it is rare
+        for (int k = NNEWEST - 1; k >= 0 && !m.data; --k) {
+            if (c->number[k] == s->number[k]) continue;
+            m = s->newest[k];
+            c->number[k] = s->number[k];
+        }
     }
     if (!m.data) return NULL;
     unsigned char* copy = om_alloc(LWS_PRE + m.size, 1);
@@ -439,7 +444,6 @@ void om_view_server_destroy(OmViewServer* s) {
     if (s->lws) lws_context_destroy(s->lws);
     om_view_server_clear(s);
     om_free(s->lasting);
-    om_free(s->newest.data);
     om_free(s->html);
     om_free(s->file);
     pthread_mutex_destroy(&s->mutex);
@@ -469,9 +473,10 @@ OmStatus om_view_server_publish(OmViewServer* s, OmViewChannel channel, const ch
         status = keep_lasting(s, m);
         if (status < 0) om_free(m.data);
     } else {
-        om_free(s->newest.data);
-        s->newest = m;
-        ++s->number;
+        const int k = channel - OM_VIEW_NEWEST;
+        om_free(s->newest[k].data);
+        s->newest[k] = m;
+        ++s->number[k];
     }
     pthread_mutex_unlock(&s->mutex);
     lws_cancel_service(s->lws);
@@ -483,8 +488,10 @@ void om_view_server_clear(OmViewServer* s) {
     for (int i = 0; i < s->nlasting; ++i) om_free(s->lasting[i].data);
     s->nlasting = 0;
     ++s->generation;
-    om_free(s->newest.data);
-    s->newest = (Message){0};
+    for (int k = 0; k < NNEWEST; ++k) {
+        om_free(s->newest[k].data);
+        s->newest[k] = (Message){0};
+    }
     pthread_mutex_unlock(&s->mutex);
 }
 

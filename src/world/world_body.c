@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "omentum/body.h"
-#include "omentum/contact.h"
+#include "omentum/contact_tool.h"
 #include "omentum/tissue.h"
 #include "world/world_body.h"
 
@@ -28,6 +28,7 @@ struct OmBody {
     OmBodyModel* own;      // the model if the body made it, or null
     OmBodyWork* own_work;  // as above
     Rest rest;
+    OmPress* press;           // borrowed, or null
     unsigned char* attached;  // with `bonded` of the model; null without it
     int nworker;              // of `own`
     int nbad;                 // steps that returned OM_NOT_CONVERGED
@@ -86,6 +87,7 @@ OmStatus om_body_set_young(OmBody* b, const OmScene* scene, double factor) {
     om_body_model_destroy(b->own);
     b->model = b->own = model;
     b->work = b->own_work = work;
+    b->press = NULL;
     return OM_OK;
 }
 
@@ -229,6 +231,17 @@ OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
     bool is_bad = status > 0 && (r.tissue.ninverted > 0 || !r.is_settled || r.tissue.is_unguarded);
     b->nbad += is_bad;
     return is_bad ? status : OM_OK;
+}
+
+OmStatus om_body_set_press(OmBody* b, OmPress* press) {
+    OM_CHECK(b->own && b->work == b->own_work, OM_INVALID,
+             "body: other bodies may share its work, so it has no probe; use om_body_create");
+    OM_CHECK(!press || !om_tissue_moves_itself(b->model->tissue), OM_UNAVAILABLE,
+             "body: engine %s has no contact surface for a probe; take fem",
+             om_body_engine(b)->name);
+    b->press = press;
+    om_contact_work_set_presses(b->work->contact, press ? 1 : 0, &b->press);
+    return OM_OK;
 }
 
 int om_body_nbad(const OmBody* b) { return b->nbad; }

@@ -10,7 +10,7 @@ err nowhere
 
 $ mkdir empty && omentum view empty
 exit 3
-err empty has no view.html
+err empty has neither view.html nor patient.yaml
 
 $ omentum view small.yaml --free --port 70000
 exit 2
@@ -19,6 +19,52 @@ err --port
 $ omentum view small.yaml --free --listen 0.0.0.0
 exit 3
 err a token is needed
+
+# A mesh or a patient model needs no scene, and no robot.
+write one.vtk
+    # vtk DataFile Version 3.0
+    one
+    ASCII
+    DATASET UNSTRUCTURED_GRID
+    POINTS 4 double
+    0 0 0 50 0 0 0 50 0 0 0 50
+    CELLS 1 5
+    4 0 1 2 3
+    CELL_TYPES 1
+    10
+write ball.stl
+    solid
+$ omentum view one.vtk --unit furlong
+exit 3
+err furlong.*mm, cm, m
+
+$ omentum view one.vtk --up w
+exit 3
+err --up
+
+$ omentum view one.vtk --defras
+exit 3
+err no task for a robot
+
+$ omentum view one.vtk --layout 3
+exit 3
+err --layout
+
+$ omentum view ball.stl --free
+exit 3
+err omentum model ball.stl
+
+$ omentum view missing.msh
+exit 3
+err missing.msh
+
+$ omentum view small.yaml --free --unit mm
+exit 3
+err of meshes
+
+$ omentum view small.yaml --free -o out
+exit 3
+err writes nothing
 
 # The folder of a run: its page over HTTP, until a signal ends it.
 $ mkdir -p run && echo '<p>page</p>' > run/view.html && (omentum view run --port 0 > out.txt & echo $! > pid; for i in 1 2 3 4 5 6 7 8 9 10; do grep -q http out.txt && break; sleep 0.1; done; kill -INT $(cat pid); wait $(cat pid))

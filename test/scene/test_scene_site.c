@@ -221,6 +221,38 @@ static void test_a_mesh_lies_on_its_board(void** state) {
     remove(path);
 }
 
+// A mesh alone: the lowest layer of a box of 9 x 4 x 7 vertices, with y up, is its 63 vertices at y = 0, on a board.
+// One that has a set "attachment" is held there and nowhere else, in the air.
+static void test_a_mesh_alone_is_held(void** state) {
+    (void)state;
+    OmTetMesh box;
+    OmSite site;
+    bool is_lowest;
+    const OmVec3 size = om_vec3(0.08, 0.03, 0.06);
+    const char* path = temp_path("alone.vtu");
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), size, 8, 3, 6, &box));
+    OmScene scene = scene_of_mesh(&box, path);
+    scene.tissue.up = om_vec3(0, 1, 0);
+    scene.attach.kind = OM_ATTACH_SET;
+    assert_ok(om_site_build_tissue(&scene, NULL, &site, &is_lowest));
+    const OmMeshSet* held = om_tet_mesh_find_set(&site.mesh, "attachment");
+    assert_true(is_lowest && site.has_ground && site.nroi == 0);
+    assert_int_equal(held->nvert, 63);
+    for (int k = 0; k < held->nvert; ++k) assert_near(site.mesh.x[3 * held->vert[k] + 1], 0, 1e-9);
+    assert_near(om_site_attached_area(&site), size.x * size.z, 1e-9);
+    om_site_done(&site);
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), size, 8, 3, 6, &box));
+    assert_ok(om_tet_mesh_add_set(&box, "attachment", (int[3]){5, 7, 2}, 3));
+    scene = scene_of_mesh(&box, path);
+    assert_ok(om_site_build_tissue(&scene, NULL, &site, &is_lowest));
+    assert_true(!is_lowest && !site.has_ground);
+    assert_int_equal(om_tet_mesh_find_set(&site.mesh, "attachment")->nvert, 3);
+    om_site_done(&site);
+    scene.tissue.source = OM_SOURCE_SHEET;
+    assert_status(om_site_build_tissue(&scene, NULL, &site, NULL), OM_INVALID);
+    remove(path);
+}
+
 // A mesh whose own attachments are two vertices of the top has no area to spread a foundation on.
 static void test_foundation_needs_area(void** state) {
     (void)state;
@@ -481,6 +513,23 @@ static void test_failing_allocations_leak_nothing(void** state) {
     assert_true(test_failing_allocations(build_world_site, &scene, 1) > 30);
 }
 
+static OmStatus build_tissue(void* scene) {
+    OmSite site;
+    OmStatus status = om_site_build_tissue(scene, NULL, &site, NULL);
+    om_site_done(&site);
+    return status;
+}
+
+static void test_failing_allocations_of_a_mesh_alone(void** state) {
+    (void)state;
+    OmTetMesh box;
+    const char* path = temp_path("alone.msh");
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.02, 0.02, 0.01), 2, 2, 1, &box));
+    OmScene scene = scene_of_mesh(&box, path);
+    assert_true(test_failing_allocations(build_tissue, &scene, 1) > 10);
+    remove(path);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_sheet_is_the_default),
@@ -490,6 +539,7 @@ int main(void) {
         cmocka_unit_test(test_numbers_of_a_site),
         cmocka_unit_test(test_world_is_another_body),
         cmocka_unit_test(test_a_mesh_lies_on_its_board),
+        cmocka_unit_test(test_a_mesh_alone_is_held),
         cmocka_unit_test(test_foundation_needs_area),
         cmocka_unit_test(test_impossible_sites_are_explained),
         cmocka_unit_test(test_printed_scenes_read_again),
@@ -499,6 +549,7 @@ int main(void) {
         cmocka_slow_test(test_world_edge_is_derived),
         cmocka_slow_test(test_kidney),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
+        cmocka_unit_test(test_failing_allocations_of_a_mesh_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -108,19 +108,85 @@ async function testHand(browser) {
   check(await page.evaluate(() => live.hasControl), 'the space bar continues, and a reset keeps the page');
   await page.fill('#young', '1');
   await page.dispatchEvent('#young', 'change');
-  await page.waitForFunction(() => /modulus 6 kPa/.test(document.getElementById('said').textContent));
+  await page.waitForFunction(() => /modulus 6000 Pa/.test(document.getElementById('said').textContent));
   check(true, 'the modulus follows the slider');
   fs.writeFileSync(file, text.replace('young: 3000', 'young: nonsense'));
   await page.waitForFunction(() => /young/.test(document.getElementById('said').textContent));
-  await page.evaluate(() => { window.isOld = true; });  // the page loads itself again
   fs.writeFileSync(file, text.replace('size_mm: [120, 120, 5]', 'size_mm: [80, 80, 5]'));
-  await page.waitForFunction(() => !window.isOld && window.live && Math.abs(live.log.scene.task.half_size[0] - 0.04) < 1e-6);
+  await page.waitForFunction(() => Math.abs(live.log.scene.task.half_size[0] - 0.04) < 1e-6);
   check(true, 'a changed scene is loaded again');
   fs.rmSync(path.dirname(file), { recursive: true });
   child.kill('SIGKILL');
   await page.waitForFunction(() => /not there any more/.test(document.getElementById('status').textContent));
   check(true, 'the page says that the program is gone');
   await page.close();
+}
+
+// A box of tetrahedra as a VTK file, in mm: six in each cell. Nothing says how it is held.
+function writeBox(file, n, size) {
+  const at = (i, j, k) => i + (n[0] + 1) * (j + (n[1] + 1) * k), points = [], cells = [];
+  for (let k = 0; k <= n[2]; ++k) for (let j = 0; j <= n[1]; ++j) for (let i = 0; i <= n[0]; ++i) points.push([i, j, k].map((v, d) => v * size[d] / n[d]).join(' '));
+  for (let k = 0; k < n[2]; ++k) for (let j = 0; j < n[1]; ++j) for (let i = 0; i < n[0]; ++i) {
+    const c = (q) => at(i + (q & 1), j + (q >> 1 & 1), k + (q >> 2));
+    for (const t of [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]) cells.push('4 ' + t.map(c).join(' '));
+  }
+  fs.writeFileSync(file, ['# vtk DataFile Version 3.0', 'box', 'ASCII', 'DATASET UNSTRUCTURED_GRID', `POINTS ${points.length} double`, ...points,
+    `CELLS ${cells.length} ${5 * cells.length}`, ...cells, `CELL_TYPES ${cells.length}`, ...cells.map(() => 10), ''].join('\n'));
+}
+
+// A mesh without a scene: its lowest layer is held; a ball presses it; law, element and engine are chosen on the page.
+async function testMesh(browser) {
+  const file = path.join(fs.mkdtempSync('/tmp/om_browser_'), 'box.vtk');
+  writeBox(file, [6, 6, 3], [80, 80, 30]);
+  const { child, url } = await start([file, '--port', '0']);
+  const page = await open(browser, url, { width: 640, height: 420 });
+  await page.waitForFunction(() => window.live && live.mode === 'free' && live.hasControl && live.log.frames.length > 2);
+  await page.waitForFunction(() => /lowest layer is held/.test(document.getElementById('said').textContent));
+  const held = await page.evaluate(() => Array.from(live.stage.dots[0].geometry.attributes.position.array).filter((_, i) => i % 3 === 2));
+  check(held.filter((z) => Math.abs(z - held[0]) < 1e-4).length >= 49, 'the 49 vertices of the lowest layer are held');
+  await page.waitForFunction(() => / ms$/.test(document.getElementById('fact-rate').textContent));
+  check(true, `steps a second are shown: ${await page.locator('#fact-rate').textContent()}`);
+  await page.click('#tools button:has-text("press")');
+  const at = await page.evaluate(() => {
+    scrollTo(0, 0);
+    const box = document.getElementById('canvas').getBoundingClientRect(), p = live.stage.parts[0].x;
+    let top = new THREE.Vector3(0, 0, -1);
+    for (let i = 0; i < p.length; i += 3) {
+      const v = new THREE.Vector3(p[i], p[i + 1], p[i + 2]);
+      if (Math.hypot(v.x - 0.04, v.y - 0.04) < 0.01 && v.z > top.z) top = v;
+    }
+    top.project(live.stage.camera);
+    return [box.left + (top.x + 1) / 2 * box.width, box.top + (1 - top.y) / 2 * box.height];
+  });
+  await page.mouse.move(at[0], at[1]);
+  await page.mouse.down();
+  for (let k = 1; k <= 5; ++k) {
+    await page.mouse.move(at[0], at[1] + 5 * k);
+    await page.waitForTimeout(50);
+  }
+  await page.waitForFunction(() => live.log.frames.at(-1).force > 0.05);
+  const ball = await page.evaluate(() => {
+    const p = live.stage.parts.find((q) => q.kind === 'probe').mesh.geometry.attributes.position.array, x = Array.from(p).filter((_, i) => i % 3 === 0);
+    return [Math.max(...x) - Math.min(...x), live.radius];
+  });
+  check(Math.abs(ball[0] - 2 * ball[1]) < 0.1 * ball[1], `the ball is drawn, ${(500 * ball[0]).toFixed(1)} mm in radius, and pressed by ${await page.locator('#pull').textContent()}`);
+  await page.mouse.up();
+  await page.waitForFunction(() => live.log.frames.at(-1).force === 0);
+  for (const [id, value, words] of [['law', 'st-venant-kirchhoff', /st-venant-kirchhoff/], ['element', 'linear', /st-venant-kirchhoff.*; 196 nodes/], ['engine', 'pbd', /position based|clusters|pbd/i]]) {
+    await page.selectOption('#' + id, value);
+    await page.waitForFunction((w) => new RegExp(w, 'i').test(document.getElementById('said').textContent), words.source);
+    check(true, `${id}: ${await said(page)}`);
+  }
+  await page.waitForFunction(() => document.querySelector('#tools button:last-child').hidden);
+  check(true, 'an engine without a matrix has no probe, and the page does not offer it');
+  await page.evaluate(() => live.send('press 0.04 0.04 0.05'));
+  await page.waitForFunction(() => /no contact surface/.test(document.getElementById('said').textContent));
+  await page.evaluate(() => live.send('law jelly'));
+  await page.waitForFunction(() => /jelly/.test(document.getElementById('said').textContent));
+  check(true, `an unknown law is answered: ${await said(page)}`);
+  fs.rmSync(path.dirname(file), { recursive: true });
+  await page.close();
+  child.kill('SIGKILL');
 }
 
 async function testRun(browser) {
@@ -166,6 +232,7 @@ async function main() {
     args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
   try {
     await testHand(browser);
+    await testMesh(browser);
     await testRun(browser);
     check(errors.length === 0, `no error in the console (${errors.join('; ')})`);
   } finally {

@@ -257,6 +257,39 @@ static void points_are_the_attached_vertices(void** unused) {
     close_field(&f);
 }
 
+// A surface of the caller's is the last part, and moves with it.
+static void a_probe_is_a_part(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    OmView3d* view;
+    size_t size;
+    const OmViewNow now = {.time = 1};
+    double x[9] = {0, 0, 0, 0.01, 0, 0, 0, 0.01, 0};
+    int tri[3] = {0, 1, 2};
+    const OmSurface ball = {.x = x, .tri_vert = tri, .nvert = 3, .ntri = 1};
+    assert_ok(open_field(&f));
+    OmView3dDef def = om_view3d_default_def(&f.scene, f.body);
+    def.probe = &ball;
+    assert_ok(om_view3d_create(&def, &view));
+    assert_ok(om_view3d_add_scene(view, &t));
+    assert_ok(om_view3d_add_frame(view, &now, &t));
+    x[8] = 0.02;
+    assert_ok(om_view3d_add_frame(view, &now, &t));
+    const char* json = find_message(&t, 0, &size) + 8;
+    const char* at = strstr(json, "\"kind\": \"probe\"");
+    assert_non_null(at);
+    const char* frame = find_message(&t, 2, &size);
+    assert_int_equal(u32(frame + 40), 1);  // it alone has moved
+    assert_int_equal(u32(frame + 48), 3);
+    uint16_t q;
+    memcpy(&q, frame + 76 + 2 * 8, sizeof q);
+    assert_near(f32(frame + 60) + f32(frame + 72) * q / 65535, 0.02, 1e-5);
+    om_text_done(&t);
+    om_view3d_destroy(view);
+    close_field(&f);
+}
+
 // ---- the page -----------------------------------------------------------------------------------------------
 
 static int value_of(char c) {
@@ -406,6 +439,7 @@ int main(void) {
         cmocka_unit_test(live_frames_are_whole),
         cmocka_unit_test(stresses_are_shares_of_the_largest),
         cmocka_unit_test(points_are_the_attached_vertices),
+        cmocka_unit_test(a_probe_is_a_part),
         cmocka_unit_test(a_page_holds_everything),
         cmocka_unit_test(failing_allocations_leak_nothing),
     };

@@ -223,6 +223,21 @@ static void a_page_gets_what_lasts_and_the_newest(void** unused) {
     expect_text(fd, "new!");
     assert_ok(om_view_server_publish(server, OM_VIEW_NEWEST, old, 8));
     expect_text(fd, "old!");
+    // a status does not take the place of a frame, and the last one counts
+    const char *slow = "{\"rate\":1}", *fast = "{\"rate\":2}";
+    assert_ok(om_view_server_publish(server, OM_VIEW_STATUS, slow, strlen(slow)));
+    assert_ok(om_view_server_publish(server, OM_VIEW_STATUS, fast, strlen(fast)));
+    const int late = open_page();
+    expect_text(late, "{\"control\":false}");
+    expect_text(late, one);
+    expect_text(late, two);
+    expect_text(late, fast);
+    expect_text(late, "old!");
+    close(late);
+    char text[64];
+    size_t n = next_message(fd, text, sizeof text - 1);
+    text[n] = 0;
+    if (strcmp(text, slow) == 0) expect_text(fd, fast);
     om_view_server_clear(server);
     assert_ok(om_view_server_publish(server, OM_VIEW_LASTING, two, strlen(two)));
     expect_text(fd, "{\"clear\":true}");

@@ -3,6 +3,7 @@
 
 #include "linear_sheet.h"
 #include "omentum/body.h"
+#include "omentum/contact_tool.h"
 #include "omentum/world.h"
 
 enum { NBODY = 12, NSTEP = 12, MAX_WORK = 4 };
@@ -248,10 +249,67 @@ static void test_view_of_midpoints(void** state) {
     om_site_done(&site);
 }
 
+// A ball pressed on the middle of a sheet on its board: at rest the forces from outside add up to nothing, and the
+// report of the press has what the vertices of the upper side feel.
+static void test_a_probe_presses_a_body(void** unused) {
+    (void)unused;
+    OmScene scene = sheet("fem");
+    OmSite site;
+    OmBody* body;
+    OmProbe* probe;
+    OmPress* press;
+    OmBodyReport report;
+    OmBodyForces now;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    (void)om_body_settle(body, 0.02, 1e-3, 2);
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    shape.radius = 0.02;
+    assert_ok(om_probe_create(&shape, &probe));
+    OmPressDef def = om_press_default_def(probe);
+    def.has_face_contact = true;
+    assert_ok(om_press_create(&def, om_body_tissue(body), &press));
+    const double top = 2 * site.half_size.z + shape.radius;
+    OmPose pose = site.pose_world_task;
+    pose.p = om_pose_apply(site.pose_world_task, om_vec3(0, 0, top));
+    assert_ok(om_press_move(press, pose));
+    assert_ok(om_body_set_press(body, press));
+    for (int n = 1; n <= 30; ++n) {
+        pose.p = om_pose_apply(site.pose_world_task, om_vec3(0, 0, top - fmin(n, 10) * 1e-4));
+        assert_ok(om_press_move(press, pose));
+        assert_true(om_body_step(body, 0.02, &report) >= 0);
+    }
+    const double force = om_press_report(press)->force.z;  // on the ball, upwards
+    assert_true(force > 0.05);
+    assert_ok(om_body_get_forces(body, &now));
+    assert_near(now.contact.z + now.attachment.z + now.weight.z, 0, 0.02 * force);
+    // the board touches the vertices below, the ball those above
+    double above = 0;
+    const OmMeshSet* set = om_tet_mesh_find_set(&site.mesh, "top");
+    for (int k = 0; k < set->nvert; ++k) above += om_body_contact_force(body)[3 * set->vert[k] + 2];
+    assert_near(above, -force, 1e-6 * force);
+    assert_ok(om_body_set_press(body, NULL));
+    assert_true(om_body_step(body, 0.02, &report) >= 0);
+    assert_true(om_body_x(body)[2] == om_body_x(body)[2]);
+    om_press_destroy(press);
+    om_body_destroy(body);
+    snprintf(scene.tissue.engine, sizeof scene.tissue.engine, "pbd");
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    assert_ok(om_press_create(&def, om_body_tissue(body), &press));
+    assert_status(om_body_set_press(body, press), OM_UNAVAILABLE);
+    assert_ok(om_body_set_press(body, NULL));
+    om_press_destroy(press);
+    om_probe_destroy(probe);
+    om_body_destroy(body);
+    om_site_done(&site);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parallel_is_alone), cmocka_unit_test(test_quadratic_body),
-        cmocka_unit_test(test_view_of_midpoints), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_failing_allocations_leak_nothing)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_parallel_is_alone),
+                                       cmocka_unit_test(test_quadratic_body),
+                                       cmocka_unit_test(test_view_of_midpoints),
+                                       cmocka_unit_test(test_a_probe_presses_a_body),
+                                       cmocka_unit_test(test_memory),
+                                       cmocka_unit_test(test_failing_allocations_leak_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
