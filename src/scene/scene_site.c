@@ -29,11 +29,12 @@ void om_site_done(OmSite* site) {
 static OmStatus build_truth(const OmScene* scene, const OmProgress* progress, OmSite* site) {
     OM_TRY(om__site_build_body(scene, OM_SITE_TWIN, progress, site));
     bool is_patient = scene->tissue.source >= OM_SOURCE_PATIENT;
-    OM_CHECK(!is_patient || site->nroi > 0, OM_INVALID,
-             "%s: the patient model %s has no region of interest to expose: build it as fat over an "
-             "organ (`sheet`, or `over` with `roi`), or simulate it without a scene (omentum view; "
-             "om_tissue_create, in Python Tissue(patient))",
-             om_scene_label(scene), scene->tissue.file);
+    OM_CHECK(
+        !is_patient || site->nroi > 0, OM_INVALID,
+        "%s: the patient model %s has no region of interest to expose: build it as fat over an "
+        "organ (`sheet`, or `over` with `roi`), or simulate it without a scene (omentum view; "
+        "om_tissue_create, in Python Tissue(patient))",
+        om_scene_label(scene), scene->tissue.file);
     if (!is_patient) OM_TRY(om__site_attach(scene, site));
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
     OM_CHECK(held && held->nvert > 0, OM_INVALID, "%s: attachments: nothing holds the tissue",
