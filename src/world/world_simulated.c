@@ -113,8 +113,18 @@ static OmStatus place_arm(SimWorld* w, int index) {
     return om_psm_surface(&tool->psm, arm->q, arm->jaw, &tool->surface);
 }
 
+// The constant error of an arm's calibration: where it measures its tip, less where the tip is.
+static OmVec3 tool_offset(const SimWorld* w, int index) {
+    OmRng rng = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)index);
+    double still[3];
+    for (int i = 0; i < 3; ++i) still[i] = om_rng_normal(&rng);
+    return om_scale(w->scene->world.tool_noise, om_load3(still, 0));
+}
+
+// The arm steers by what it measures: it is at its goal when it measures itself there.
 static OmStatus sim_move(OmWorld* world, int index, OmPose goal, double speed) {
     SimWorld* w = (SimWorld*)world;
+    goal.p = om_sub(goal.p, tool_offset(w, index));
     ArmState* arm = &w->now.arm[index];
     double q[OM_PSM_NJOINT];
     OmStatus status = om_psm_inverse(&w->tool[index].psm, goal, arm->q, q);
@@ -302,13 +312,13 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
         const ArmState* arm = &w->now.arm[a];
         uint64_t stream = w->now.nstep * OM_MAX_ARM + (uint64_t)a;
         // A constant offset of calibration, and a tremor of a twentieth of it.
-        OmRng still = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)a);
         OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, stream);
-        double noise[3];
-        for (int i = 0; i < 3; ++i) noise[i] = om_rng_normal(&still) + 0.05 * om_rng_normal(&now);
+        double tremor[3];
+        for (int i = 0; i < 3; ++i) tremor[i] = 0.05 * om_rng_normal(&now);
         OmArmObservation* o = &obs->arm[a];
         o->time = w->now.time;
-        o->tip.p = om_madd(arm->tip.p, w->scene->world.tool_noise, om_load3(noise, 0));
+        o->tip.p = om_add(om_madd(arm->tip.p, w->scene->world.tool_noise, om_load3(tremor, 0)),
+                          tool_offset(w, a));
         o->tip.q = arm->tip.q;
         memcpy(o->q, arm->q, sizeof o->q);
         o->jaw = arm->jaw;
