@@ -217,7 +217,7 @@ static void test_a_lift_ends(void** state) {
     om_loop_destroy(loop);
     g.world->ops = low.true_ops;
     rig_destroy(&g);
-    assert_true(top < 0.049);             // further from the limit than the millimetre that counts as there
+    assert_true(top < 0.049);  // further from the limit than the millimetre that counts as there
     assert_true(most >= 5 && most <= 7);  // 8 mm each, and one that raises nothing
 }
 
