@@ -24,8 +24,8 @@ static void test_a_part(void** state) {
     OmScene scene = warn_scene(0.02, 0.05, 0.06);
     scene.monitor.part_limit[0] = 1e-3, scene.monitor.part_limit[1] = 2e-3;
     scene.monitor.hysteresis = 0.1e-3;
-    scene.roi.center =
-        om_vec3(-0.02, -0.03, 0);  // beside the attachments: the first lifts do not expose it
+    // beside the attachments: the first lifts do not expose it
+    scene.roi.center = om_vec3(-0.02, -0.03, 0);
     course_begin(&c, scene, false, false);
     // a quick run ends with the first update
     while (om_loop_phase(c.loop) != OM_LOOP_ENDED &&

@@ -349,8 +349,8 @@ static void test_an_elevation_that_works_is_named(void** state) {
     om_site_done(&site);
 }
 
-// What is measured is off by an offset that stays and a tremor. The arm steers by it: it is at its goal where it measures
-// itself there, and in truth off by the offset.
+// What is measured is off by an offset that stays and a tremor. The arm steers by it: it is at its goal where it
+// measures itself there, and in truth off by the offset.
 static void test_arms_steer_by_what_they_measure(void** state) {
     (void)state;
     Field exact, noisy;
@@ -363,8 +363,8 @@ static void test_arms_steer_by_what_they_measure(void** state) {
     OmPose goal = to_world(&exact, 0, om_vec3(0, -0.03, 0.03));
     OmArmObservation arm[2];
     for (int k = 0; k < 2; ++k) arm[k] = observe(both[k], 0).arm[0];
-    const OmVec3 off =
-        om_sub(arm[1].tip.p, arm[0].tip.p);  // before any motion the truth is the same
+    // before any motion the truth is the same
+    const OmVec3 off = om_sub(arm[1].tip.p, arm[0].tip.p);
     assert_true(om_norm(off) > 1e-4 && om_norm(off) < 2.5e-3);
     double worst = 0;
     for (int k = 0; k < 2; ++k) {
