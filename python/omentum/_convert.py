@@ -110,16 +110,21 @@ def takes_words(function: Any) -> Any:
     return call
 
 
+def _has_words(function: Any) -> bool:
+    """Whether there are words to choose from: a call of a few arguments keeps its short traceback."""
+    return len(inspect.signature(function).parameters) > 3
+
+
 def suggest_words(public: dict[str, Any]) -> None:
-    """Make the functions, and the methods of the classes, of a module's names such that suggest words."""
+    """Make functions, and methods of classes, among the names of a module such that suggest words."""
     for name, thing in list(public.items()):
         if isinstance(thing, type):
             for member, value in list(vars(thing).items()):
-                if isinstance(value, classmethod):
+                if isinstance(value, classmethod) and _has_words(value.__func__):
                     setattr(thing, member, classmethod(takes_words(value.__func__)))
-                elif inspect.isfunction(value) and (member == "__init__" or not member.startswith("_")):
+                elif inspect.isfunction(value) and (member == "__init__" or not member.startswith("_")) and _has_words(value):
                     setattr(thing, member, takes_words(value))
-        elif inspect.isfunction(thing):
+        elif inspect.isfunction(thing) and _has_words(thing):
             public[name] = takes_words(thing)
 
 

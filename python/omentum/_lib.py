@@ -294,6 +294,8 @@ class Owner:
     def _c(self) -> Any:
         handle = self._handle
         if handle is None:
+            if "_handle" not in vars(self):
+                raise RuntimeError(f"{type(self).__name__}.__init__ did not call super().__init__()")
             raise Closed(f"this {type(self).__name__} is closed")
         return handle.address
 

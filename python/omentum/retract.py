@@ -139,18 +139,24 @@ class Loop(Owner):
     """The deliberative loop, one tick at a time.
 
         scene = Scene.load("scenes/sheet.yaml")
-        world, twin, planner = SimulatedWorld(scene), Body(scene), Planner()
-        world.reset(); twin.settle()
-        result = Loop(scene, world, twin, planner, listeners=[MyListener()]).run()
+        world = SimulatedWorld(scene)
+        world.reset()
+        result = Loop(scene, world, listeners=[MyListener()]).run()
     """
 
-    def __init__(self, scene: Scene, world: World, twin: Body, planner: Planner, truth: Body | None = None,
-                 listeners: list[Listener] | None = None, preplan: Preplan | None = None, **settings: Any) -> None:
+    def __init__(self, scene: Scene | str | os.PathLike[str], world: World, twin: Body | None = None, planner: Planner | None = None,
+                 truth: Body | None = None, listeners: list[Listener] | None = None, preplan: Preplan | None = None, **settings: Any) -> None:
         """
-        scene: its task has limits, speeds and grid. world: at its start. twin: at rest.
+        scene: its task has limits, speeds and grid. world: at its start. twin: at rest; None: a body of the scene, which settles here.
+        planner: None: that of the built-in program.
         truth: recorded, never acted on. listeners: called in this order. preplan: followed first. settings: other fields of
         OmLoopDef: is_attended, needs_approval, max_age, ...
         """
+        scene = scene_of(scene)
+        if twin is None:
+            twin = Body(scene)
+            twin.settle(scene.task.time_step, strict=False)
+        planner = Planner() if planner is None else planner
         definition = lib.om_loop_default_def(ctypes.byref(scene.task), world._c, twin._c, planner._c)
         definition.assign(settings)
         if preplan is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from . import _capi as c
 from . import plot as _plot
 from ._convert import array_of, find_enum, index_array, length, need, quantity
-from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix,
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix, refuse_fork,
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
@@ -120,6 +120,10 @@ class Site(Owner):
             blocks["organ"] = self.organ.to_pyvista()
         return blocks
 
+    def tip(self, arm: int = 0) -> np.ndarray:
+        """Pose of the tip of a parked arm in the world (4 x 4)."""
+        return pose_matrix(lib.om_world_place_tip(ctypes.byref(self._c), arm_of(arm)))
+
     @property
     def attached_area(self) -> float:
         """m^2."""
@@ -194,6 +198,7 @@ class Body(Owner):
         self._handle = handle
         self._busy = Busy("Body")
         self._is_looked_at = False
+        self._view: Handle | None = None
         self._shape = self.site.mesh.x.shape
 
     @classmethod
@@ -323,6 +328,17 @@ class Body(Owner):
         with self._busy:
             lib.om_body_get_forces(self._c, ctypes.byref(out))
         return out
+
+    def visibility(self) -> float:
+        """Share of the region of interest that the scene's endoscope sees now, 0 to 1; nothing but tissue and fixed anatomy hides it."""
+        refuse_fork("a camera")
+        seen = c.OmVisibility()
+        with self._busy:
+            if self._view is None:
+                address = create(lib.om_view_create_of_body, ctypes.byref(self.scene), self._c)
+                self._view = Handle(address, lib.om_view_destroy, self._handle)
+            lib.om_view_look(self._view.address, lib.om_body_x(self._c), ctypes.byref(seen))
+        return seen.nseen / max(1, seen.npoint)
 
     def vertex_forces(self) -> np.ndarray:
         """Force on each vertex by tools, attachments and contact, N (nvert x 3)."""

@@ -10,24 +10,60 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import functions_of
-from ._lib import Busy, Handle, Owner, Unavailable, arm_of, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
+from ._lib import Busy, Handle, Owner, Unavailable, arm_of, create, forget_message, lib, make_error, outcome, path_of, pose as pose_of, pose_matrix, refuse_fork, status_of, view
 from .camera import Camera
 from .scene import Body, Scene, Site, scene_of
 
 VISIBILITY, IMAGE, DEPTH, COLOR = c.OM_OBSERVE_VISIBILITY, c.OM_OBSERVE_IMAGE, c.OM_OBSERVE_DEPTH, c.OM_OBSERVE_COLOR
 
 
+class Arm(c.OmArmObservation):
+    """What an arm measures: the fields of OmArmObservation. `tip` is its OmPose, with p (m) and q (x y z w).
+
+        Arm(pose, jaw=0.5)
+    """
+
+    def __init__(self, pose: Any = (0, 0, 0), jaw: float = 0.0, *, jaw_goal: float | None = None, jaw_speed: float = 0.0, is_moving: bool = False,
+                 q: Any = None, force: Any = None, torque: Any = None, time: float | None = None) -> None:
+        """
+        pose: of the tip in the world, a point (3), a matrix (4 x 4), or (point, quaternion x y z w); m. jaw: measured opening, rad.
+        jaw_goal: commanded opening; default `jaw`. A jaw that is commanded closed, at rest, and open by more than 3 degrees holds tissue.
+        is_moving: whether a commanded motion of the tip is under way. q: measured joints (6): of the arms of a world with `psm`.
+        force, torque: N and N m on the tip, in the world's axes; None: not measured. time: s, of the measurement; None: that of the observation.
+        """
+        super().__init__(jaw=jaw, jaw_speed=jaw_speed, is_moving=is_moving, jaw_goal=jaw if jaw_goal is None else jaw_goal,
+                         time=np.nan if time is None else time)
+        place = pose_of(pose)
+        self.tip.p, self.tip.q = place.p, place.q
+        if q is not None:
+            self.q = q
+        if force is not None or torque is not None:
+            self.has_wrench = True
+            self.force = (0, 0, 0) if force is None else force
+            self.torque = (0, 0, 0) if torque is None else torque
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Of the tip in the world (4 x 4)."""
+        return pose_matrix(self.tip)
+
+    @property
+    def is_holding(self) -> bool:
+        """Tissue between the jaws, as the loop concludes from what is measured."""
+        return lib.om_arm_is_holding(ctypes.byref(self))
+
+
 @dataclass
 class Observation:
     """What was measured, each with its own time (s).
 
-    arms: an OmArmObservation for each arm. visibility: visible fraction of the region of interest. picture: of the endoscope
+    arms: an Arm for each arm. visibility: visible fraction of the region of interest. picture: of the endoscope
     (height x width x 3) bytes. depth: m along z of depth_camera, 0 or not finite: none (height x width). color: of the same
     pixels (height x width x 3). Pictures are None where they were not observed.
     """
 
     time: float = 0.0
-    arms: list[c.OmArmObservation] = field(default_factory=list)
+    arms: list[Arm] = field(default_factory=list)
     visibility: float = 0.0
     picture: np.ndarray | None = None
     picture_time: float = 0.0
@@ -47,7 +83,7 @@ class Observation:
 
         depth_camera = raw.rgbd.camera
         shape = (depth_camera.height, depth_camera.width)
-        return cls(raw.time, [c.OmArmObservation.from_buffer_copy(raw.arm[i]) for i in range(raw.narm)], raw.visibility,
+        return cls(raw.time, [Arm.from_buffer_copy(raw.arm[i]) for i in range(raw.narm)], raw.visibility,
                    picture(raw.endoscope.color), raw.endoscope.time,
                    Camera._copy(raw.endoscope.camera) if raw.endoscope.camera.width else None,
                    view(handle, raw.rgbd.depth, np.float32, shape, True) if raw.rgbd.depth else None, raw.rgbd.time,
@@ -57,7 +93,9 @@ class Observation:
         """Fill an OmObservation; its arrays are freed by C."""
         raw.time, raw.narm, raw.visibility = self.time, len(self.arms), self.visibility
         for i, arm in enumerate(self.arms):
-            ctypes.memmove(ctypes.byref(raw.arm[i]), ctypes.byref(arm), ctypes.sizeof(arm))
+            ctypes.memmove(ctypes.byref(raw.arm[i]), ctypes.byref(arm), ctypes.sizeof(c.OmArmObservation))
+            if np.isnan(raw.arm[i].time):
+                raw.arm[i].time = self.time
         raw.endoscope.time, raw.rgbd.time = self.picture_time or self.time, self.depth_time or self.time
         for target, camera in ((raw.endoscope, self.picture_camera), (raw.rgbd, self.depth_camera)):
             if camera is not None:
@@ -82,20 +120,25 @@ class Observation:
 _OPS = functions_of(c.OmWorldOps)
 
 
+_METHODS = {"move": "move(arm, goal, speed)", "set_jaw": "set_jaw(arm, angle)", "stop": "stop(arm)", "advance": "advance(dt)",
+            "observe": "observe(what)"}
+
+
 class World(Owner):
     """An operating field. Derive from it to operate your own, for example a real robot:
 
         class MyRobot(om.World):
             def __init__(self):
                 super().__init__(narm=2, sources=om.VISIBILITY)
+                self.arms = [om.Arm(pose, jaw=0.6), ...]     # measured
             def move(self, arm, goal, speed): ...          # goal: OmPose; m/s. Returns at once
             def set_jaw(self, arm, angle): ...             # rad
             def stop(self, arm): ...
             def advance(self, dt): ...                     # s
-            def observe(self, what): return om.Observation(...)
+            def observe(self, what): return om.Observation(time, self.arms, visibility)
             def reset(self): ...                           # optional
 
-    The library checks arguments before it calls these methods. A goal out of reach raises omentum.Invalid, which the loop
+    python/examples/my_robot.py is whole: it runs a retraction to its end. The library checks arguments before it calls these methods. A goal out of reach raises omentum.Invalid, which the loop
     handles. Any other exception ends the call of the library, for example Loop.tick, and is raised there.
     """
 
@@ -103,6 +146,9 @@ class World(Owner):
         """narm: 1 or 2. sources: sum of VISIBILITY, IMAGE, DEPTH, COLOR. psm: calibrated kinematics of the arms."""
         if not 1 <= narm <= c.OM_MAX_ARM:
             raise ValueError(f"a world has 1 to {c.OM_MAX_ARM} arms, not {narm}")
+        missing = [words for name, words in _METHODS.items() if getattr(type(self), name) is getattr(World, name)]
+        if missing:
+            raise TypeError(f"{type(self).__name__} has no {', no '.join(missing)}: a world needs {', '.join(_METHODS.values())}")
         ops = c.OmWorldOps()
         for name in ("move", "set_jaw", "stop", "advance", "observe", "reset", "destroy"):
             setattr(ops, name, _OPS[name](getattr(self, "_on_" + name)))
@@ -112,7 +158,7 @@ class World(Owner):
         for i, one in enumerate(psm or []):
             if one is not None:
                 raw.psm[i] = ctypes.pointer(one)
-        self._busy = Busy(type(self).__name__)
+        self._busy, self._raw = Busy(type(self).__name__), raw
         self._handle = Handle(ctypes.pointer(raw), lambda _: None, ops, raw, psm)
 
     # ---- what a controller calls, and a derived class implements ----
@@ -163,7 +209,18 @@ class World(Owner):
         return self._call(self.advance, dt)
 
     def _on_observe(self, _world: Any, what: int, raw: Any) -> int:
-        return self._call(lambda: self.observe(what)._write(raw.contents))
+        return self._call(self._observe_into, what, raw.contents)
+
+    def _observe_into(self, what: int, raw: Any) -> None:
+        seen, narm = self.observe(what), self._raw.narm
+        if not isinstance(seen, Observation):
+            raise TypeError(f"observe() returned {type(seen).__name__}: an omentum.Observation is needed")
+        if len(seen.arms) != narm or not all(isinstance(arm, c.OmArmObservation) for arm in seen.arms):
+            raise ValueError(f"observe() returned an Observation whose arms are {seen.arms!r}: {narm} of omentum.Arm are needed")
+        for flag, name in ((IMAGE, "picture"), (DEPTH, "depth"), (COLOR, "color")):
+            if what & flag and getattr(seen, name) is None:
+                raise ValueError(f"observe({what}) returned an Observation without `{name}`, which sources={self._raw.sources} promises")
+        seen._write(raw)
 
     def _on_reset(self, _world: Any) -> int:
         return self._call(self.reset)
@@ -194,7 +251,7 @@ class SimulatedWorld(World):
         self._handle = Handle(address, lib.om_world_destroy, *keep)
 
     def move(self, arm: int, goal: Any, speed: float) -> None:
-        lib.om_world_move(self._c, arm, pose(goal), speed)
+        lib.om_world_move(self._c, arm, pose_of(goal), speed)
 
     def set_jaw(self, arm: int, angle: float) -> None:
         lib.om_world_set_jaw(self._c, arm, angle)

@@ -121,7 +121,7 @@ def test_a_word_that_is_not_taken_is_answered_with_the_nearest():
     for call, near in ((lambda: om.Camera(widht=3), "width"), (lambda: om.Volume(ball, spaccing=1), "spacing"),
                        (lambda: om.build_patient(ball, 0.002, spacing=0.002, afine=1), "affine"),
                        (lambda: camera.cloud(pixel, norml=pixel), "normal"), (lambda: om.Volume.load("a", entri=1), "entry"),
-                       (lambda: om.view(sorce=1), "source"), (lambda: om.Chart("a", {}, x_lable="b"), "x_label"),
+                       (lambda: om.make_ct(sead=1), "seed"), (lambda: om.Chart("a", {}, x_lable="b"), "x_label"),
                        (lambda: om.retract(om.Scene(), out_dri="a"), "out_dir"), (lambda: om.Scan.from_depth(pixel, camera, maks=pixel), "mask"),
                        (lambda: om.Press(1, om.Probe("sphere"), surfase=1), "surface")):
         with pytest.raises((TypeError, AttributeError), match=f"did you mean '{near}'"):
