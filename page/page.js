@@ -7,13 +7,14 @@ const LANES = [
   { key: 'visibility', name: 'seen', unit: '%', scale: 100, digits: 0, color: '#56b4e9', least: 100 },
   { key: 'force', name: 'force', unit: 'N', scale: 1, digits: 2, color: '#e69f00', least: 0.1, also: 'forceTrue' },
   { key: 'mu', name: 'mu', unit: 'mm', scale: 1000, digits: 1, color: '#e58fc0', least: 2 },
+  { key: 'height', name: 'height', unit: 'mm', scale: 1000, digits: 0, color: '#8fd3b6', least: 10 },
 ];
 const WARNINGS = ['no warning', 'warning 1: the tissue is not where the twin has it', 'warning 2: slow, the twin is wrong',
   'warning 3: stop'];
 
 // ---- messages -------------------------------------------------------------------------------------------------
 
-const newLog = () => ({ scene: null, frames: [], points: [[], []], ofPart: [], last: [] });
+const newLog = () => ({ scene: null, frames: [], points: [[], [], []], chances: [], ofPart: [], last: [] });
 
 // A recording: the scene, its frames, and attachments, in the order of time.
 function readMessages(buffer) {
@@ -32,6 +33,7 @@ function readMessage(log, buffer, view, begin) {
   if (kind === 1) log.scene = readScene(buffer, view, begin);
   if (kind === 2 || kind === 4) readFrame(log, buffer, view, begin, kind === 4);
   if (kind === 3) readPoints(log, buffer, view, begin);
+  if (kind === 5) log.chances.push({ index: log.frames.length, value: new Uint8Array(buffer.slice(begin + 8, begin + 8 + view.getUint32(begin + 4, true))) });
   return kind;
 }
 
@@ -50,7 +52,9 @@ function readScene(buffer, view, begin) {
   return scene;
 }
 
-// Numbers of a frame, and of each part that moved its box, positions and stresses as they are sent.
+const FIELDS = ['stress', 'contact'];  // of a part in a frame, by bits
+
+// Numbers of a frame, and of each part that moved its box, positions and fields as they are sent.
 function readFrame(log, buffer, view, begin, isDifference) {
   const f = (k) => view.getFloat32(begin + 16 + 4 * k, true), index = log.frames.length;
   log.frames.push({ time: view.getFloat64(begin + 8, true), visibility: f(0), force: f(1), forceTrue: f(2), mu: f(3), height: f(4),
@@ -58,15 +62,15 @@ function readFrame(log, buffer, view, begin, isDifference) {
   let at = begin + 44;
   for (let n = view.getUint32(begin + 40, true); n > 0; --n) {
     const part = view.getUint32(at, true), nvert = view.getUint32(at + 4, true);
-    const e = { index, box: new Float32Array(buffer.slice(at + 8, at + 32)), x: new Uint16Array(buffer, at + 32, 3 * nvert), stress: null,
-      stressMost: 0 };
+    const e = { index, box: new Float32Array(buffer.slice(at + 8, at + 32)), x: new Uint16Array(buffer, at + 32, 3 * nvert), field: [], most: [] };
     at = padded(begin, at + 32 + 6 * nvert);
-    if (view.getUint32(at, true)) {
-      e.stressMost = view.getFloat32(at + 4, true);
-      e.stress = new Uint8Array(buffer, at + 8, nvert);
-      at = padded(begin, at + 8 + nvert);
-    } else {
-      at += 4;
+    const fields = view.getUint32(at, true);
+    at += 4;
+    for (let k = 0; k < FIELDS.length; ++k) {
+      if (!(fields & 1 << k)) continue;
+      e.most[k] = view.getFloat32(at, true);
+      e.field[k] = new Uint8Array(buffer, at + 4, nvert);
+      at = padded(begin, at + 4 + nvert);
     }
     if (isDifference) addLast(e, log.last[part]);
     log.last[part] = e;
@@ -78,7 +82,10 @@ function readFrame(log, buffer, view, begin, isDifference) {
 function addLast(e, last) {
   if (!last || e.box.some((value, k) => value !== last.box[k])) return;
   for (let i = 0; i < e.x.length; ++i) e.x[i] += last.x[i];
-  for (let i = 0; e.stress && i < e.stress.length; ++i) e.stress[i] += last.stress[i];
+  e.field.forEach((now, k) => {
+    const before = last.field[k];
+    for (let i = 0; before && i < now.length; ++i) now[i] += before[i];
+  });
 }
 
 function readPoints(log, buffer, view, begin) {
@@ -122,8 +129,9 @@ class Stage {
     this.cut = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 1e3);
     this.addLights();
     this.load(scene);
-    this.dots = [this.addDots(0x56b4e9, 0.0035), this.addDots(0xf0e442, 0.0025)];
-    this.dots[1].visible = false;
+    this.dots = [this.addDots(0x56b4e9, 0.0035), this.addDots(0xf0e442, 0.0025), this.addDots(0xb8f0d0, 0.0016)];
+    this.dots[1].visible = this.dots[2].visible = false;
+    this.brush = this.addDots(0xff9f1c, 0.006);  // places that a brush has touched
     this.color = 'plain';
     this.look('near');
   }
@@ -137,7 +145,8 @@ class Stage {
     this.world.add(this.content);
     this.parts = scene.parts.map((p) => this.addPart(p));
     if (scene.task.has_ground) this.addGround();
-    this.frustum = this.addFrustum();
+    this.frustum = this.addFrustum(this.scene.endoscope, 0x8fa3b5);
+    this.frustum.visible = false;
   }
 
   addLights() {
@@ -156,10 +165,33 @@ class Stage {
     const material = new THREE.MeshStandardMaterial({ color: COLORS[part.kind], roughness: part.kind === 'tool' ? 0.35 : 0.6,
       metalness: part.kind === 'tool' ? 0.6 : 0, side: THREE.DoubleSide, flatShading: part.kind === 'tool',
       clippingPlanes: part.kind === 'tool' ? [] : [this.cut], vertexColors: isTissue });
+    if (part.kind === 'organ' && this.scene.region) this.colourRegion(part, geometry, material);
     const mesh = new THREE.Mesh(geometry, material);
+    if (part.kind === 'region' && this.scene.region) mesh.material.visible = false;  // it is drawn on the organ
     mesh.frustumCulled = false;
     this.content.add(mesh);
-    return { ...part, mesh, stress: null, stressMost: 0 };
+    return { ...part, mesh, field: [], most: [] };
+  }
+
+  // The organ's surface within a circle has the region's colour. Drawn as triangles of its own, the region has a border
+  // of spikes, as whole triangles of the organ are in it or not.
+  colourRegion(part, geometry, material) {
+    const { center, radius } = this.scene.region;
+    this.region = { value: radius };
+    geometry.setAttribute('rest', new THREE.BufferAttribute(part.x, 3));
+    material.onBeforeCompile = (shader) => {
+      Object.assign(shader.uniforms, { regionRadius: this.region, regionCenter: { value: new THREE.Vector3().fromArray(center) },
+        regionColor: { value: new THREE.Color(COLORS.region) } });
+      shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nattribute vec3 rest;\nvarying vec3 vRest;')
+        .replace('#include <begin_vertex>', '#include <begin_vertex>\nvRest = rest;');
+      shader.fragmentShader = shader.fragmentShader.replace('#include <common>', '#include <common>\nvarying vec3 vRest;\nuniform float regionRadius;\nuniform vec3 regionCenter, regionColor;')
+        .replace('#include <color_fragment>', '#include <color_fragment>\nif (distance(vRest, regionCenter) < regionRadius) diffuseColor.rgb = regionColor;');
+    };
+  }
+
+  showPart(part, on) {
+    part.mesh.visible = on;
+    if (part.kind === 'region' && this.scene.region) this.region.value = on ? this.scene.region.radius : 0;
   }
 
   addGround() {
@@ -173,14 +205,14 @@ class Stage {
     this.content.add(group);
   }
 
-  // Lines from the endoscope's place to the corners of its picture.
-  addFrustum() {
-    const { position, quaternion, fov_y_deg, aspect } = this.scene.endoscope, far = 0.06, h = far * Math.tan(fov_y_deg * Math.PI / 360);
+  // Lines from a camera's place to the corners of its picture.
+  addFrustum(camera, color) {
+    const { position, quaternion, fov_y_deg, aspect } = camera, far = 0.06, h = far * Math.tan(fov_y_deg * Math.PI / 360);
     const corner = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * h * aspect, y * h, far]), line = [];
     for (let k = 0; k < 4; ++k) line.push(0, 0, 0, ...corner[k], ...corner[k], ...corner[(k + 1) % 4]);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(line), 3));
-    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x8fa3b5 }));
+    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
     lines.position.fromArray(position);
     lines.quaternion.fromArray(quaternion);
     this.content.add(lines);
@@ -207,10 +239,12 @@ class Stage {
     return dots;
   }
 
-  setDots(kind, x) {
-    this.dots[kind].geometry.dispose();
-    this.dots[kind].geometry = new THREE.BufferGeometry();
-    this.dots[kind].geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
+  setDots(kind, x) { this.place(this.dots[kind], x); }
+
+  place(dots, x) {
+    dots.geometry.dispose();
+    dots.geometry = new THREE.BufferGeometry();
+    dots.geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
   }
 
   // A direction of the task frame as one of the world.
@@ -223,7 +257,7 @@ class Stage {
   look(name) {
     const { task, endoscope } = this.scene, r = 2.1 * Math.max(task.half_size[0], task.half_size[1]) + 0.05;
     const middle = new THREE.Vector3().fromArray(task.position).add(this.turned(0, 0, task.half_size[2]));
-    const from = { near: [-0.75, -0.75, 0.65], above: [0, -0.01, 1.35], side: [0, -1.3, 0.12] }[name];
+    const from = { near: [-0.75, -0.75, 0.65], above: [0, -0.01, 1.35], side: [0, -1.3, 0.12], below: [-0.5, -0.6, -0.9] }[name];
     this.camera.fov = 40;
     this.controls.target.copy(middle);
     if (name === 'endoscope') {
@@ -232,7 +266,7 @@ class Stage {
     } else {
       this.camera.position.copy(middle).add(this.turned(...from).multiplyScalar(r * 1.25));
     }
-    if (this.frustum) this.frustum.visible = name !== 'endoscope';
+    if (this.frustum && name === 'endoscope') this.frustum.visible = false;
     this.camera.up.copy(this.turned(0, 0, 1));
     this.camera.updateProjectionMatrix();
     this.controls.update();
@@ -253,8 +287,15 @@ class Stage {
     for (let i = 0; i < e.x.length; ++i) x.array[i] = e.box[i % 3] + e.box[3 + i % 3] * e.x[i] / 65535;
     x.needsUpdate = true;
     p.mesh.geometry.computeVertexNormals();
-    p.stress = e.stress;
-    p.stressMost = e.stressMost;
+    p.field = e.field;
+    p.most = e.most;
+  }
+
+  // The depth camera where it was when it took a picture: calibrated, in the real world, too.
+  showDepthCamera(camera) {
+    if (this.depthFrustum) this.content.remove(this.depthFrustum);
+    this.depthFrustum = camera ? this.addFrustum(camera, 0x7fb99a) : null;
+    if (this.depthFrustum) this.depthFrustum.visible = this.frustum.visible;
   }
 
   paint() {
@@ -267,9 +308,13 @@ class Stage {
         most = Math.max(most, d[i]);
       }
       value = (i) => d[i] / (most || 1);
-    } else if (this.color === 'stress' && p.stress) {
-      most = p.stressMost;
-      value = (i) => p.stress[i] / 255;
+    } else if (this.color === 'attachment') {
+      most = this.chances && this.chances.length === p.nvert ? 1 : 0;
+      if (most) value = (i) => this.chances[i] / 255;
+    } else {
+      const k = FIELDS.indexOf(this.color), field = p.field[k];
+      if (field) most = p.most[k];
+      if (field) value = (i) => field[i] / 255;
     }
     p.mesh.material.color.set(this.color === 'plain' ? COLORS.tissue : 0xffffff);
     for (let i = 0; i < p.nvert; ++i) {
@@ -300,7 +345,7 @@ class Chart {
     this.canvas = canvas;
     this.log = log;
     this.most = LANES.map((lane) => lane.least);
-    this.lanes = [0, 1, 2];  // that are drawn
+    this.lanes = [0, 1, 2, 3];  // that are drawn
     this.nseen = 0;
   }
 
@@ -403,6 +448,8 @@ class Page {
     this.stage = new Stage($('canvas'), this.log.scene);
     this.chart = new Chart($('chart'), this.log);
     this.drawn = [];  // what is drawn of each part
+    this.picture = {};
+    this.showsPictures = true;
     this.time = 0;
     showStory(story, (t) => this.goTo(t));
     this.addButtons();
@@ -422,7 +469,7 @@ class Page {
 
   makeFacts() {
     for (const [key, name] of [['visibility', 'of the region seen'], ['force', 'force, by the twin'], ['forceTrue', 'force, in the truth'],
-      ['mu', 'discrepancy of the twin'], ['rate', 'steps a second']]) {
+      ['mu', 'discrepancy of the twin'], ['height', 'lifted by'], ['rate', 'steps a second']]) {
       const div = document.createElement('div'), dt = document.createElement('dt'), dd = document.createElement('dd');
       dt.textContent = name;
       dt.id = 'name-' + key;
@@ -438,6 +485,7 @@ class Page {
     $('fact-force').textContent = text(frame.force, LANES[1]);
     $('fact-forceTrue').textContent = text(frame.forceTrue, LANES[1]);
     $('fact-mu').textContent = text(frame.mu, LANES[2]);
+    $('fact-height').textContent = text(frame.height, LANES[3]);
     $('fact-force').style.color = frame.force > this.log.scene.force_threshold_n ? '#ffb000' : '';
   }
 
@@ -459,22 +507,28 @@ class Page {
 
 
   showPicture() {
-    let now = null;
-    for (const p of this.pictures) if (this.isLive || p.time_s <= this.time + 1e-6) now = p;
-    $('endoscope').hidden = !now;
-    if (!now || this.picture === now) return;
-    this.picture = now;
-    $('picture').src = 'data:image/png;base64,' + now.png;
-    $('picture').alt = 'The endoscope: ' + now.caption;
-    $('caption').textContent = `Endoscope, ${now.time_s.toFixed(1)} s: ${now.caption}`;
+    for (const [isDepth, id, name] of [[false, 'endoscope', 'The endoscope'], [true, 'depth', 'The depth camera']]) {
+      let now = null;
+      for (const p of this.pictures) if (!!p.depth === isDepth && (this.isLive || p.time_s <= this.time + 1e-6)) now = p;
+      $(id).hidden = !now || !this.showsPictures;
+      if (this.picture[id] === now) continue;
+      this.picture[id] = now;
+      if (isDepth) this.stage.showDepthCamera(now);
+      if (!now) continue;
+      const img = $(id).querySelector('img');
+      img.src = 'data:image/png;base64,' + now.png;
+      img.alt = `${name}: ${now.caption}`;
+      $(id).querySelector('figcaption').textContent = `${isDepth ? '' : 'Endoscope, '}${now.time_s.toFixed(1)} s: ${now.caption}`;
+    }
   }
 
   showLegend(most) {
-    const unit = { displacement: [1000, 'mm', 'displacement'], stress: [0.001, 'kPa', 'von Mises stress'] }[this.stage.color];
+    const unit = { displacement: [1000, ' mm', 'displacement'], stress: [0.001, ' kPa', 'von Mises stress'], contact: [1, ' N', 'contact force at a vertex'],
+      attachment: [1, '', 'probability of attachment'] }[this.stage.color];
     $('legend').hidden = !unit;
     if (!unit) return;
     $('legend-name').textContent = unit[2];
-    $('legend-ends').textContent = `0 to ${(most * unit[0]).toPrecision(3)} ${unit[1]}`;
+    $('legend-ends').textContent = this.stage.color === 'attachment' && !most ? 'no estimate yet' : `0 to ${(most * unit[0]).toPrecision(3)}${unit[1]}`;
     const g = $('legend-bar').getContext('2d');
     for (let i = 0; i < 160; ++i) {
       g.fillStyle = `rgb(${PALETTE[Math.round(i / 159 * 255)].map((c) => Math.round(255 * Math.sqrt(c))).join(',')})`;
@@ -497,10 +551,11 @@ class Page {
   }
 
   addButtons() {
-    for (const name of ['near', 'above', 'side', 'endoscope'])
+    for (const name of ['near', 'above', 'side', 'below', 'endoscope'])
       this.button('views', name, name === 'near', (b) => { this.choose('views', b); this.stage.look(name); });
-    for (const name of ['plain', 'displacement', 'stress'])
-      this.button('colors', name, name === 'plain', (b) => {
+    this.colorButtons = {};
+    for (const name of ['plain', 'displacement', 'stress', 'contact', 'attachment'])
+      this.colorButtons[name] = this.button('colors', name, name === 'plain', (b) => {
         this.choose('colors', b);
         this.stage.color = name;
         this.showLegend(this.stage.paint());
@@ -515,11 +570,19 @@ class Page {
     const { stage } = this;
     for (const kind of ['tissue', 'organ', 'tool', 'region']) {
       const of = () => stage.parts.filter((p) => p.kind === kind);
-      if (of().length) toggle({ tool: 'tools' }[kind] || kind, () => of().every((p) => p.mesh.visible), (on) => of().forEach((p) => { p.mesh.visible = on; }));
+      if (of().length) toggle({ tool: 'tools' }[kind] || kind, () => of().every((p) => p.mesh.visible), (on) => of().forEach((p) => stage.showPart(p, on)));
     }
     if (this.log.points[0].length || this.isLive) toggle('believed attachments', () => stage.dots[0].visible, (on) => { stage.dots[0].visible = on; });
     if (this.log.points[1].length || this.isLive) toggle('true attachments', () => stage.dots[1].visible, (on) => { stage.dots[1].visible = on; });
-    toggle('endoscope', () => stage.frustum.visible, (on) => { stage.frustum.visible = on; });
+    if (this.log.points[2].length || this.isLive) toggle('measured cloud', () => stage.dots[2].visible, (on) => { stage.dots[2].visible = on; });
+    toggle('cameras', () => stage.frustum.visible, (on) => {
+      stage.frustum.visible = on;
+      if (stage.depthFrustum) stage.depthFrustum.visible = on;
+    });
+    toggle('pictures', () => this.showsPictures, (on) => {
+      this.showsPictures = on;
+      this.showPicture();
+    });
     $('cut').addEventListener('input', () => stage.setCut(Number($('cut').value)));
     $('ask').addEventListener('click', () => $('help').showModal());
     $('shot').addEventListener('click', () => this.saveShot());
@@ -538,11 +601,10 @@ class Page {
     const press = (group, k) => { const b = $(group).querySelectorAll('button')[k]; if (b) b.click(); };
     const keys = {
       ...own,
-      1: ['1 to 4', 'views', () => press('views', 0)], 2: [null, '', () => press('views', 1)], 3: [null, '', () => press('views', 2)],
-      4: [null, '', () => press('views', 3)],
+      ...Object.fromEntries([1, 2, 3, 4, 5].map((k) => [k, [k === 1 ? '1 to 5' : null, 'views', () => press('views', k - 1)]])),
       c: ['c', 'next colour', () => {
         const on = [...$('colors').querySelectorAll('button')].findIndex((b) => b.getAttribute('aria-pressed') === 'true');
-        press('colors', (on + 1) % 3);
+        press('colors', (on + 1) % $('colors').querySelectorAll('button:not([hidden])').length);
       }],
       s: ['s', 'save a picture', () => this.saveShot()],
       '?': ['?', 'this help', () => $('help').showModal()],
@@ -611,11 +673,12 @@ class Player extends Page {
       if (e && this.drawn[k] !== e) this.stage.movePart(k, e);
       this.drawn[k] = e;
     });
-    for (const kind of [0, 1]) {
+    for (const kind of [0, 1, 2]) {
       const e = lastBefore(this.log.points[kind], index);
-      if (e && this.stage.dots[kind].userData.of !== e) this.stage.setDots(kind, e.x);
+      if (this.stage.dots[kind].userData.of !== e) this.stage.setDots(kind, e ? e.x : new Float32Array(0));
       this.stage.dots[kind].userData.of = e;
     }
+    this.stage.chances = lastBefore(this.log.chances, index)?.value;
     this.showLegend(this.stage.paint());
     this.stage.draw();
     this.showNumbers(frame);
@@ -701,7 +764,8 @@ class Live extends Page {
   }
 
   showPoints() {
-    for (const kind of [0, 1]) {
+    this.stage.chances = this.log.chances.at(-1)?.value;
+    for (const kind of [0, 1, 2]) {
       const list = this.log.points[kind];
       if (list.length) this.stage.setDots(kind, list[list.length - 1].x);
     }
@@ -715,7 +779,7 @@ class Live extends Page {
       this.story.push(e);
       showStory([e], () => {});
     }
-    if (message.png) this.pictures = [message];
+    if (message.png) this.pictures = [...this.pictures.filter((p) => !!p.depth !== !!message.depth), message];
     if (message.say) this.say(message.say, message.is_error);
     if (message.mode) this.setMode(message);
     if (message.rate) this.showRate(message.rate);
@@ -740,11 +804,11 @@ class Live extends Page {
       $('hand').hidden = this.mode !== 'free';
       $('line').hidden = this.mode !== 'run';
       document.body.classList.toggle('free', this.mode === 'free');
-      this.chart.lanes = this.mode === 'free' ? [1] : [0, 1, 2];
+      this.chart.lanes = this.mode === 'free' ? [1] : [0, 1, 2, 3];
       if (this.mode === 'free') {
         this.setTool('grasp');
-        this.toggles['true attachments'].hidden = true;  // there is no robot, and no truth
-        if (this.stage.frustum.visible) this.toggles.endoscope.click();
+        for (const name of ['true attachments', 'measured cloud', 'pictures']) this.toggles[name].hidden = true;  // there is no robot, and no truth
+        this.colorButtons.attachment.hidden = true;
       }
       this.showControl();
     }
@@ -960,10 +1024,10 @@ function trim(log) {
   for (const list of log.ofPart) {
     if (!list || list.length < 2) continue;
     const before = list[list.length - 2], e = list[list.length - 1];
-    if (!e.stress) Object.assign(e, { stress: before.stress, stressMost: before.stressMost });
+    if (!e.field.length) Object.assign(e, { field: before.field, most: before.most });
     list.splice(0, list.length - 1);
   }
-  for (const list of log.points) list.splice(0, list.length - 1);
+  for (const list of [...log.points, log.chances]) list.splice(0, list.length - 1);
   if (log.frames.length > MOST_FRAMES) {
     log.frames.splice(0, MOST_FRAMES / 2);
     if (window.live) window.live.chart.nseen = 0;
@@ -998,7 +1062,7 @@ function connect() {
     }
     else if (kind === 1) window.live.newScene();
     if (kind === 2 && window.live) window.live.wantFrame();
-    if (kind === 3 && window.live) window.live.showPoints();
+    if ((kind === 3 || kind === 5) && window.live) window.live.showPoints();
   };
   // A page that nobody sees is silent: another one may take the controls, and without one the run is paused.
   const beat = () => { if (!document.hidden && socket.readyState === WebSocket.OPEN) socket.send('beat'); };

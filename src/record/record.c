@@ -337,6 +337,7 @@ static OmStatus draw_twin(const OmRecorder* rec, const unsigned char* attached,
 static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
     (void)loop;
     OmRecorder* rec = ctx;
+    OM_TRY(om__record_view_update(rec, event));
     if (event->stage == OM_UPDATE_TAKEN && rec->def.records_acquisitions)
         return save_acquisition(rec, event->acquisition);
     if (event->stage != OM_UPDATE_ADOPTED && event->stage != OM_UPDATE_DOUBTED) return OM_OK;

@@ -79,11 +79,12 @@ static inline OmViewNow om__view_now(const OmRetractSample* s) {
     return (OmViewNow){s->time, s->visibility, s->force,  s->force_world,
                        s->mu,   s->height,     s->warning};
 }
-/// The page that plays the run: its scene, a frame of ten in a second, a change of the twin's attachments (nvert), the
-/// file. Without om__record_view_begin the others do nothing.
+/// The page that plays the run: its scene, a frame of ten in a second, a change of the twin's attachments (nvert), an
+/// acquisition or an estimate, the file. Without om__record_view_begin the others do nothing.
 OmStatus om__record_view_begin(OmRecorder* rec);
 OmStatus om__record_view_frame(OmRecorder* rec, const OmRetractSample* now);
 OmStatus om__record_view_belief(OmRecorder* rec, const unsigned char* attached);
+OmStatus om__record_view_update(OmRecorder* rec, const OmUpdateEvent* event);
 OmStatus om__record_view_end(OmRecorder* rec);
 void om__record_view_done(OmRecorder* rec);
 /// Keep contact of the truth's tissue with an organ if the pull is the largest so far.

@@ -32,6 +32,19 @@ OmStatus om__record_view_belief(OmRecorder* rec, const unsigned char* attached) 
     return om_view3d_add_points(rec->def.twin, attached, OM_VIEW_BELIEVED, &rec->page.messages);
 }
 
+// What the depth camera saw, and how likely each vertex is attached by the estimate from it.
+OmStatus om__record_view_update(OmRecorder* rec, const OmUpdateEvent* event) {
+    const OmMatchEstimate* e = event->estimate;
+    if (!rec->view) return OM_OK;
+    if (event->acquisition) {
+        const OmScan* scan = &event->acquisition->scan;
+        OM_TRY(om_view3d_add_cloud(scan->npoint, scan->x, &rec->page.messages));
+        OM_TRY(om_view_page_add_depth(&rec->page, event->time, scan));
+    }
+    if (!e || !e->probability) return OM_OK;
+    return om_view3d_add_chances(rec->view, rec->def.twin, e->probability, &rec->page.messages);
+}
+
 OmStatus om__record_view_end(OmRecorder* rec) {
     char path[1200];
     if (!rec->view) return OM_OK;

@@ -1,6 +1,7 @@
 // retract_view.c: frames at 25 Hz of the operation, attachments when they change, and each line of an audit.
 #include "retract/retract_view.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "omentum/image.h"
@@ -8,7 +9,8 @@
 #include "omentum/view.h"
 #include "record/record_internal.h"
 
-#define EVERY 2  // ticks between frames
+#define EVERY 2                                // ticks between frames
+#define MARK_TIME (OM_MATCH_ADOPT_TIME + 0.1)  // s
 
 struct RunView {
     OmViewServer* server;
@@ -18,6 +20,7 @@ struct RunView {
     const OmSceneCamera* camera;
     OmAudit* audit;  // in memory
     size_t nsent;    // bytes of its text
+    double due;  // s: when a person's mark of an attachment has reached the twin; INFINITY: none
     OmText message;
 };
 
@@ -42,6 +45,7 @@ OmStatus om__run_view_create(OmViewServer* server, const OmScene* scene, OmWorld
     v->twin = twin;
     v->world = world;
     v->camera = &scene->endoscope;
+    v->due = INFINITY;
     OmView3dDef def = om_view3d_default_def(scene, truth ? truth : twin);
     def.world = world;
     def.is_live = true;
@@ -83,14 +87,42 @@ static OmStatus send_frame(RunView* v, const OmRetractSample* now) {
 static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
     RunView* v = ctx;
     OM_TRY(send_lines(v));
+    if (now->time > v->due) {
+        v->due = INFINITY;
+        OM_TRY(send_points(v, v->twin, om_body_attached(v->twin), OM_VIEW_BELIEVED));
+    }
     return om_loop_ntick(loop) % EVERY ? OM_OK : send_frame(v, now);
+}
+
+// What the depth camera saw: points on the tissue, and its picture.
+static OmStatus send_scan(RunView* v, double time, const OmScan* scan) {
+    v->message.len = 0;
+    OM_TRY(om_view3d_add_cloud(scan->npoint, scan->x, &v->message));
+    OM_TRY(send(v, OM_VIEW_LASTING));
+    v->message.len = 0;
+    OM_TRY(om_view_add_depth(time, scan, &v->message));
+    return v->message.len > 0 ? send(v, OM_VIEW_LASTING) : OM_OK;
 }
 
 static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
     RunView* v = ctx;
+    const OmMatchEstimate* e = event->estimate;
     (void)loop;
+    if (event->acquisition) OM_TRY(send_scan(v, event->time, &event->acquisition->scan));
+    if (e && e->probability) {
+        v->message.len = 0;
+        OM_TRY(om_view3d_add_chances(v->view, v->twin, e->probability, &v->message));
+        OM_TRY(send(v, OM_VIEW_LASTING));
+    }
     if (event->stage != OM_UPDATE_ADOPTED && event->stage != OM_UPDATE_DOUBTED) return OM_OK;
-    return send_points(v, v->twin, event->estimate->attached, OM_VIEW_BELIEVED);
+    return send_points(v, v->twin, e->attached, OM_VIEW_BELIEVED);
+}
+
+static OmStatus on_command(void* ctx, const OmLoop* loop, const OmLoopCommand* command) {
+    RunView* v = ctx;
+    if (command->kind == OM_LOOP_ATTACH || command->kind == OM_LOOP_FREE)
+        v->due = om_loop_sample(loop).time + MARK_TIME;
+    return OM_OK;
 }
 
 // What the endoscope of a simulated world sees after an action.
@@ -122,6 +154,7 @@ int om__run_view_listeners(RunView* v, OmLoopListener listener[2]) {
     listener[1] = (OmLoopListener){.ctx = v,
                                    .on_tick = on_tick,
                                    .on_update = on_update,
+                                   .on_command = on_command,
                                    .on_action_end = on_action_end,
                                    .on_end = on_end};
     return 2;

@@ -4,7 +4,14 @@
 
 #include "omentum/view.h"
 
-enum { VIEW_SCENE = 1, VIEW_FRAME, VIEW_POINTS, VIEW_DIFFERENCES };  // kinds of messages
+enum {
+    VIEW_SCENE = 1,
+    VIEW_FRAME,
+    VIEW_POINTS,
+    VIEW_DIFFERENCES,
+    VIEW_CHANCES
+};                                                                    // kinds of messages
+enum { VIEW_HAS_STRESS = 1, VIEW_HAS_CONTACT = 2, VIEW_NFIELD = 2 };  // fields of a part in a frame
 enum {
     VIEW_MAX_PART = 4 + OM_MAX_ARM,
     VIEW_FRAME_HEAD = 44,  // bytes of a frame before its first part

@@ -4,6 +4,7 @@
 // of a frame becomes its difference from the part's last one, modulo its range: tissue at rest is zeros, and the
 // messages, compressed (zlib) and as base64, take half the space. What comes from outside is escaped: "<" of texts in
 // scripts is written as \u003c, so that no text ends its script.
+#include <math.h>
 #include <string.h>
 #include <zlib.h>
 
@@ -24,13 +25,74 @@ OmStatus om_view_add_picture(double time, const char* caption, const OmPicture* 
     return status;
 }
 
+// One more picture of a page's list, or none after an error.
+static OmStatus end_entry(OmViewPage* page, size_t begin, OmStatus status) {
+    if (status < 0) page->pictures.len = begin;
+    return status;
+}
+
 OmStatus om_view_page_add_picture(OmViewPage* page, double time, const char* caption,
                                   const OmPicture* picture) {
     const size_t begin = page->pictures.len;
     if (begin > 0) OM_TRY(om_text_append(&page->pictures, ",\n"));
-    OmStatus status = om_view_add_picture(time, caption, picture, &page->pictures);
-    if (status < 0) page->pictures.len = begin;
+    return end_entry(page, begin, om_view_add_picture(time, caption, picture, &page->pictures));
+}
+
+// Grey: white at the nearest depth, dark at the farthest, black where there is none.
+static OmStatus draw_depth(const OmScan* scan, double* near, double* far, OmPicture* picture) {
+    const int n = scan->camera.width * scan->camera.height;
+    *near = INFINITY, *far = 0;
+    for (int i = 0; i < n; ++i) {
+        const double z = (double)scan->depth[i];
+        if (!(z > 0)) continue;
+        *near = fmin(*near, z), *far = fmax(*far, z);
+    }
+    OM_TRY(om_picture_init(picture, scan->camera.width, scan->camera.height, 1));
+    const double range = *far > *near ? *far - *near : 1;
+    for (int i = 0; i < n; ++i) {
+        const double z = (double)scan->depth[i];
+        if (z > 0) picture->pixel[i] = (unsigned char)lround(255 - 215 * (z - *near) / range);
+    }
+    return OM_OK;
+}
+
+static OmStatus add_camera(const OmCamera* c, OmText* t) {
+    const OmVec3 p = c->pose_world_camera.p;
+    const OmQuat q = c->pose_world_camera.q;
+    OM_TRY(om_text_append(
+        t, ",\"depth\":true,\"position\":[%.6g,%.6g,%.6g],\"quaternion\":[%.9g,%.9g,%.9g,%.9g]",
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w));
+    return om_text_append(t, ",\"fov_y_deg\":%.6g,\"aspect\":%.6g}",
+                          2 * atan(0.5 * c->height / om_camera_lens(c).fy) * 180 / OM_PI,
+                          (double)c->width / c->height);
+}
+
+OmStatus om_view_add_depth(double time, const OmScan* scan, OmText* t) {
+    OmPicture picture = {0};
+    char caption[120];
+    double near, far;
+    const size_t begin = t->len;
+    if (!scan->depth || !scan->has_camera) return OM_OK;
+    OmStatus status = draw_depth(scan, &near, &far, &picture);
+    if (status == OM_OK) {
+        snprintf(caption, sizeof caption, "depth, %.0f mm (white) to %.0f mm",
+                 far > 0 ? 1e3 * near : 0, 1e3 * far);
+        status = om_view_add_picture(time, caption, &picture, t);
+    }
+    if (status == OM_OK) {
+        --t->len;  // its closing brace
+        status = add_camera(&scan->camera, t);
+    }
+    om_picture_done(&picture);
+    if (status < 0) t->len = begin;
     return status;
+}
+
+OmStatus om_view_page_add_depth(OmViewPage* page, double time, const OmScan* scan) {
+    const size_t begin = page->pictures.len;
+    if (!scan->depth || !scan->has_camera) return OM_OK;
+    if (begin > 0) OM_TRY(om_text_append(&page->pictures, ",\n"));
+    return end_entry(page, begin, om_view_add_depth(time, scan, &page->pictures));
 }
 
 void om_view_page_done(OmViewPage* page) {
@@ -49,10 +111,10 @@ static uint32_t u32(const char* at) {
 
 static size_t padded(size_t n) { return (n + 3) / 4 * 4; }
 
-// Of a part in a frame: its box, positions and stresses, as bytes of the messages.
+// Of a part in a frame: its box, positions and fields, as bytes of the messages.
 typedef struct Shown {
-    char *box, *x, *stress;  // stress: null if there is none
-    size_t nx, nstress;      // bytes
+    char *box, *x, *field[VIEW_NFIELD];  // field: null if there is none
+    size_t nx, nvert;                    // bytes of x; of a field
 } Shown;
 
 // Replace the numbers of a part by their differences from `last`, which becomes what they were. (u16, then u8)
@@ -66,10 +128,13 @@ static void subtract(const Shown* now, char* last, char* box, bool has_last) {
         if (is_alike) is = (uint16_t)(is - was);
         memcpy(now->x + i, &is, 2);
     }
-    for (size_t i = 0; i < now->nstress; ++i) {
-        const char is = now->stress[i];
-        if (is_alike) now->stress[i] = (char)(is - last[now->nx + i]);
-        last[now->nx + i] = is;
+    for (size_t f = 0; f < VIEW_NFIELD; ++f) {
+        char* before = last + now->nx + f * now->nvert;
+        for (size_t i = 0; now->field[f] && i < now->nvert; ++i) {
+            const char is = now->field[f][i];
+            if (is_alike) now->field[f][i] = (char)(is - before[i]);
+            before[i] = is;
+        }
     }
     memcpy(box, now->box, VIEW_BOX);
 }
@@ -88,12 +153,17 @@ static OmStatus subtract_frame(char* at, Parts* parts) {
     for (uint32_t n = u32(p - 4); n > 0; --n) {
         const uint32_t k = u32(p);
         const size_t nvert = u32(p + 4);
-        Shown now = {.box = p + 8, .x = p + 8 + VIEW_BOX, .nx = 6 * nvert};
+        Shown now = {.box = p + 8, .x = p + 8 + VIEW_BOX, .nx = 6 * nvert, .nvert = nvert};
         p = now.x + padded(now.nx);
-        const bool has_stress = u32(p) != 0;
-        if (has_stress) now.stress = p + 8, now.nstress = nvert;
-        p += 4 + (has_stress ? 4 + padded(nvert) : 0);
-        if (!parts->last[k]) OM_ALLOC(parts->last[k], 7 * nvert);
+        const uint32_t fields = u32(p);
+        p += 4;
+        for (int f = 0; f < VIEW_NFIELD; ++f) {
+            if (!(fields & 1u << f)) continue;
+            now.field[f] = p + 4;
+            p += 4 + padded(nvert);
+        }
+        if (!parts->last[k]) parts->last[k] = om_calloc((6 + VIEW_NFIELD) * nvert, 1);
+        if (!parts->last[k]) return OM_NO_MEMORY;
         subtract(&now, parts->last[k], parts->box[k], parts->has_last[k]);
         parts->has_last[k] = true;
     }

@@ -29,10 +29,14 @@ struct OmView3d {
     double* stress;    // Pa, of the site's elements; null: none     (ntet)
     double* sum;       // of the elements around a vertex of the mesh (nvert)
     int* count;        //                                             (nvert)
+    bool has_contact;  // the engine has forces
     Part part[VIEW_MAX_PART];
     int npart;
     uint32_t nframe;
     bool wants_stress;  // in the next frame
+    // Vertex of another body's site that is nearest to each vertex of the tissue, both at rest; null: not known
+    int* nearest;           // (tissue.nvert)
+    const OmSite* of_site;  // of that body
 };
 
 // ---- bytes --------------------------------------------------------------------------------------------------
@@ -131,7 +135,9 @@ static OmStatus add_parts(OmView3d* v) {
 // Memory for stresses; an engine without them has none.
 static OmStatus prepare_stress(OmView3d* v) {
     const OmTetMesh* mesh = om_body_mesh(v->def.body);
-    if (!v->def.has_stress || mesh->ntet == 0) return OM_OK;
+    if (!v->def.has_stress) return OM_OK;
+    v->has_contact = om_engine_capabilities(om_body_engine(v->def.body)) & OM_ENGINE_FORCES;
+    if (mesh->ntet == 0) return OM_OK;
     OM_ALLOC(v->stress, (size_t)om_body_site(v->def.body)->mesh.ntet);
     OM_ALLOC(v->sum, (size_t)mesh->nvert);
     OM_ALLOC(v->count, (size_t)mesh->nvert);
@@ -179,6 +185,7 @@ void om_view3d_destroy(OmView3d* v) {
     om_free(v->stress);
     om_free(v->sum);
     om_free(v->count);
+    om_free(v->nearest);
     om_free(v);
 }
 
@@ -198,6 +205,23 @@ static void put_endoscope(const OmView3d* v, OmJson* json) {
     put_pose(json, "endoscope", c.pose_world_camera);
     om_json_number(json, "fov_y_deg", 2 * atan(0.5 * c.height / fy) * 180 / OM_PI);
     om_json_number(json, "aspect", (double)c.width / c.height);
+    om_json_close(json, '}');
+}
+
+// A region on an organ is whole triangles of it, with a border of spikes: the circle of the same area stands for it.
+static void put_region(const OmSite* site, OmJson* json) {
+    const OmSurface* s = &site->roi;
+    const double center[3] = {site->roi_center.x, site->roi_center.y, site->roi_center.z};
+    double area = 0;
+    if (!site->has_organ || s->ntri == 0) return;
+    for (int t = 0; t < s->ntri; ++t) {
+        const int* v = s->tri_vert + 3 * (size_t)t;
+        const OmVec3 a = om_load3(s->x, v[0]), b = om_sub(om_load3(s->x, v[1]), a);
+        area += 0.5 * om_norm(om_cross(b, om_sub(om_load3(s->x, v[2]), a)));
+    }
+    om_json_open(json, "region", '{');
+    om_json_numbers(json, "center", center, 3);
+    om_json_number(json, "radius", sqrt(area / OM_PI));
     om_json_close(json, '}');
 }
 
@@ -223,6 +247,7 @@ static OmStatus write_json(const OmView3d* v, OmText* text) {
     om_json_numbers(&json, "half_size", half, 3);
     om_json_bool(&json, "has_ground", site->has_ground);
     om_json_close(&json, '}');
+    put_region(site, &json);
     om_json_integer(&json, "grid", task->grid);
     om_json_number(&json, "force_threshold_n", task->force_threshold);
     om_json_number(&json, "visibility", task->visibility);
@@ -268,32 +293,44 @@ static OmStatus average_stress(OmView3d* v) {
     return OM_OK;
 }
 
-static OmStatus put_stress(OmView3d* v, OmText* t) {
+// The largest, and shares of it.
+static OmStatus put_field(const OmView3d* v, double (*value)(const OmView3d* v, int vert),
+                          OmText* t, size_t begin) {
     double most = 0;
-    OM_TRY(average_stress(v));
-    for (int k = 0; k < v->tissue.nvert; ++k) most = fmax(most, v->sum[v->tissue_vert[k]]);
+    for (int k = 0; k < v->tissue.nvert; ++k) most = fmax(most, value(v, v->tissue_vert[k]));
     OM_TRY(put_f32(t, most));
     for (int k = 0; k < v->tissue.nvert; ++k) {
-        const double s = most > 0 ? v->sum[v->tissue_vert[k]] / most : 0;
+        const double s = most > 0 ? value(v, v->tissue_vert[k]) / most : 0;
         const unsigned char byte = (unsigned char)lround(255 * s);
         OM_TRY(put(t, &byte, 1));
     }
-    return OM_OK;
+    return pad(t, begin);
+}
+
+static double stress_at(const OmView3d* v, int vert) { return v->sum[vert]; }
+
+static double contact_at(const OmView3d* v, int vert) {
+    return om_norm(om_load3(om_body_contact_force(v->def.body), vert));
+}
+
+// Of the tissue, the first part.
+static OmStatus put_fields(OmView3d* v, OmText* t, size_t begin) {
+    OM_TRY(put_u32(t, (v->stress ? VIEW_HAS_STRESS : 0) | (v->has_contact ? VIEW_HAS_CONTACT : 0)));
+    if (v->stress) OM_TRY(average_stress(v));
+    if (v->stress) OM_TRY(put_field(v, stress_at, t, begin));
+    return v->has_contact ? put_field(v, contact_at, t, begin) : OM_OK;
 }
 
 static OmStatus put_part(OmView3d* v, int k, OmText* t, size_t begin) {
     Part* p = &v->part[k];
     const bool is_due = !v->def.is_live || v->wants_stress || v->nframe % STRESS_EVERY == 0;
-    const bool has_stress = k == 0 && v->stress && is_due;
     OM_TRY(put_u32(t, (uint32_t)k));
     OM_TRY(put_u32(t, (uint32_t)p->surface->nvert));
     OM_TRY(put(t, p->lo, sizeof p->lo));
     OM_TRY(put(t, p->size, sizeof p->size));
     OM_TRY(put(t, p->now, 3 * (size_t)p->surface->nvert * sizeof *p->now));
     OM_TRY(pad(t, begin));
-    OM_TRY(put_u32(t, has_stress));
-    if (has_stress) OM_TRY(put_stress(v, t));
-    return pad(t, begin);
+    return k == 0 && is_due ? put_fields(v, t, begin) : put_u32(t, 0);
 }
 
 static OmStatus put_frame(OmView3d* v, const OmViewNow* now, OmText* t, size_t begin) {
@@ -352,4 +389,57 @@ OmStatus om_view3d_add_points(const OmBody* body, const unsigned char* attached,
     for (int i = 0; status == OM_OK && i < 3 * nvert; ++i)
         if (attached[i / 3]) status = put_f32(messages, x[i]);
     return end_message(messages, begin, status);
+}
+
+OmStatus om_view3d_add_cloud(int n, const double* x, OmText* messages) {
+    const int num = n < OM_VIEW_MAX_CLOUD ? n : OM_VIEW_MAX_CLOUD;
+    size_t begin;
+    OM_TRY(begin_message(messages, VIEW_POINTS, &begin));
+    OmStatus status = put_u32(messages, OM_VIEW_MEASURED);
+    if (status == OM_OK) status = put_u32(messages, (uint32_t)num);
+    for (int i = 0; status == OM_OK && i < 3 * num; ++i)
+        status = put_f32(messages, x[3 * ((int64_t)(i / 3) * n / num) + i % 3]);
+    return end_message(messages, begin, status);
+}
+
+// ---- chances of attachment ------------------------------------------------------------------------------------
+
+// Of two bodies of one scene in the same world frame; a few thousand vertices each, once.
+static OmStatus find_nearest(OmView3d* v, const OmBody* body) {
+    const OmTetMesh *own = om_tissue_mesh(om_body_tissue(v->def.body)),
+                    *other = &om_body_site(body)->mesh;
+    const OmMeshSet* under = om_tet_mesh_find_set(other, "underside");
+    if (v->of_site == om_body_site(body)) return OM_OK;
+    om_free(v->nearest);
+    v->of_site = NULL;
+    OM_ALLOC(v->nearest, (size_t)v->tissue.nvert);
+    for (int k = 0; k < v->tissue.nvert; ++k) {
+        const OmVec3 at = om_load3(own->x, v->tissue_vert[k]);
+        double best = INFINITY;
+        for (int i = 0; i < (under ? under->nvert : other->nvert); ++i) {
+            const int vert = under ? under->vert[i] : i;
+            const double d = om_norm2(om_sub(om_load3(other->x, vert), at));
+            if (d < best) best = d, v->nearest[k] = vert;
+        }
+    }
+    v->of_site = om_body_site(body);
+    return OM_OK;
+}
+
+static OmStatus put_chances(const OmView3d* v, const double* probability, OmText* t) {
+    OM_TRY(put_u32(t, (uint32_t)v->tissue.nvert));
+    for (int k = 0; k < v->tissue.nvert; ++k) {
+        const double p = fmin(fmax(probability[v->nearest[k]], 0), 1);
+        const unsigned char byte = (unsigned char)lround(255 * p);
+        OM_TRY(put(t, &byte, 1));
+    }
+    return OM_OK;
+}
+
+OmStatus om_view3d_add_chances(OmView3d* v, const OmBody* body, const double* probability,
+                               OmText* messages) {
+    size_t begin;
+    OM_TRY(find_nearest(v, body));
+    OM_TRY(begin_message(messages, VIEW_CHANCES, &begin));
+    return end_message(messages, begin, put_chances(v, probability, messages));
 }

@@ -68,6 +68,25 @@ static int nvert_of(const char* json, int part) {
     return atoi(strchr(at, ':') + 1);
 }
 
+static int value_of(char c) {
+    const char* const digit = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char* at = c ? strchr(digit, c) : NULL;
+    return at ? (int)(at - digit) : -1;
+}
+
+// The bytes between two texts of a page, from base64.
+static size_t decode(const char* from, char* bytes) {
+    size_t n = 0;
+    unsigned bits = 0;
+    int nbit = 0;
+    for (; value_of(*from) >= 0; ++from) {
+        bits = bits << 6 | (unsigned)value_of(*from);
+        nbit += 6;
+        if (nbit >= 8) bytes[n++] = (char)(bits >> (nbit -= 8));
+    }
+    return n;
+}
+
 // ---- messages -----------------------------------------------------------------------------------------------
 
 static void frames_hold_where_the_tissue_is(void** unused) {
@@ -219,7 +238,7 @@ static void stresses_are_shares_of_the_largest(void** unused) {
     const char* scene = find_message(&t, 0, &size);
     const int nvert = nvert_of(scene + 8, 0);
     const char* stress = find_message(&t, 1, &size) + 76 + (6 * nvert + 3) / 4 * 4;
-    assert_int_equal(u32(stress), 1);
+    assert_int_equal(u32(stress), 3);
     double* value = om_calloc((size_t)f.site.mesh.ntet, sizeof *value);
     double most = 0;
     assert_ok(om_body_get_measure(f.body, OM_VON_MISES, value));
@@ -257,6 +276,121 @@ static void points_are_the_attached_vertices(void** unused) {
     close_field(&f);
 }
 
+// Tissue at rest on its board: the forces of contact are those of the body, in 255ths of the largest.
+static void contact_is_that_of_the_body(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    size_t size;
+    OmSurface surface;
+    int* vert;
+    const OmViewNow now = {0};
+    assert_ok(open_field(&f));
+    (void)om_body_settle(f.body, 0.02, 1e-3, 1);
+    assert_ok(om_view3d_add_frame(f.view, &now, &t));
+    assert_ok(om_tet_mesh_boundary(om_body_mesh(f.body), &surface, &vert));
+    const size_t nvert = (size_t)surface.nvert;
+    const char* field = find_message(&t, 0, &size) + 76 + (6 * nvert + 3) / 4 * 4;
+    assert_int_equal(u32(field), 3);
+    const char* contact = field + 8 + (nvert + 3) / 4 * 4;
+    double most = 0;
+    for (size_t i = 0; i < nvert; ++i)
+        most = fmax(most, om_norm(om_load3(om_body_contact_force(f.body), vert[i])));
+    assert_true(most > 1e-3);
+    assert_near(f32(contact), most, 1e-6 * most);
+    for (size_t i = 0; i < nvert; ++i)
+        assert_near((unsigned char)contact[4 + i] / 255.0,
+                    om_norm(om_load3(om_body_contact_force(f.body), vert[i])) / most, 0.002);
+    om_surface_done(&surface);
+    om_free(vert);
+    om_text_done(&t);
+    close_field(&f);
+}
+
+// A body of a coarser mesh says how likely a corner of its underside is attached: so it is at that corner of the drawn
+// tissue, below and above, and 0 far away. Of a large cloud every second point is kept.
+static void chances_and_clouds(void** unused) {
+    (void)unused;
+    Field f;
+    OmText t = {0};
+    size_t size;
+    OmSite site;
+    OmBody* coarse;
+    OmSurface surface;
+    int* vert;
+    assert_ok(open_field(&f));
+    OmScene scene = f.scene;
+    scene.tissue.cells = om_vec3(3, 3, 1);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &coarse));
+    double* chance = om_calloc((size_t)site.mesh.nvert, sizeof *chance);
+    const OmVec3 corner = om_load3(site.mesh.x, 0);
+    chance[0] = 0.6;
+    assert_ok(om_view3d_add_chances(f.view, coarse, chance, &t));
+    assert_ok(om_tet_mesh_boundary(om_body_mesh(f.body), &surface, &vert));
+    const char* m = find_message(&t, 0, &size);
+    assert_int_equal(u32(m), 5);
+    assert_int_equal(u32(m + 4), surface.nvert);
+    int nlikely = 0;
+    for (int i = 0; i < surface.nvert; ++i) {
+        const double d = om_distance(om_load3(surface.x, i), corner);
+        const int is = (unsigned char)m[8 + i];
+        assert_true(is == 0 || is == 153);
+        if (d < 1.1 * 2 * f.site.half_size.z) assert_int_equal(is, 153);
+        if (d > 0.03) assert_int_equal(is, 0);  // more than half a cell of 40 mm and the thickness
+        nlikely += is == 153;
+    }
+    assert_true(nlikely >= 2);
+    enum { N = 2 * OM_VIEW_MAX_CLOUD };
+    static double x[3 * N];
+    for (int i = 0; i < 3 * N; ++i) x[i] = 1e-3 * i;
+    t.len = 0;
+    assert_ok(om_view3d_add_cloud(N, x, &t));
+    m = find_message(&t, 0, &size);
+    assert_int_equal(u32(m + 4), OM_VIEW_MEASURED);
+    assert_int_equal(u32(m + 8), OM_VIEW_MAX_CLOUD);
+    assert_near(f32(m + 12 + 12 * 7), x[3 * 14], 1e-6);
+    t.len = 0;
+    assert_ok(om_view3d_add_cloud(0, NULL, &t));
+    assert_int_equal(u32(find_message(&t, 0, &size) + 8), 0);
+    om_free(chance);
+    om_surface_done(&surface);
+    om_free(vert);
+    om_body_destroy(coarse);
+    om_site_done(&site);
+    om_text_done(&t);
+    close_field(&f);
+}
+
+// The nearest pixel of a depth picture is white, one without depth black; the words have its range.
+static void a_depth_picture_has_its_camera(void** unused) {
+    (void)unused;
+    OmText t = {0};
+    float depth[4] = {0.2F, 0.3F, 0, 0.25F};
+    OmScan scan = {.depth = depth};
+    assert_ok(om_view_add_depth(1, &scan, &t));
+    assert_int_equal(t.len, 0);  // no camera
+    const OmSceneCamera lens = {.distance = 1, .fov = 1, .width = 2, .height = 2};
+    const OmPose pose = {om_vec3(1, 2, 3), om_quat_identity()};
+    scan.has_camera = true;
+    scan.camera = om_scene_camera_place(&lens, pose);
+    assert_ok(om_view_add_depth(1.5, &scan, &t));
+    assert_non_null(strstr(t.str, "\"caption\":\"depth, 200 mm (white) to 300 mm\""));
+    assert_non_null(strstr(t.str, "\"depth\":true,\"position\":[1,2,3]"));
+    assert_non_null(strstr(t.str, "\"fov_y_deg\":57.2958,\"aspect\":1}"));
+    char png[4000], path[64] = "/tmp/om_depth_XXXXXX";
+    const size_t n = decode(strstr(t.str, "\"png\":\"") + 7, png);
+    OmPicture picture;
+    close(mkstemp(path));
+    assert_ok(om_file_write(path, png, n));
+    assert_ok(om_picture_load_png(path, &picture));
+    const int want[4] = {255, 40, 0, 147};
+    for (int i = 0; i < 4; ++i) assert_true(abs(picture.pixel[3 * i] - want[i]) <= 1);
+    om_picture_done(&picture);
+    remove(path);
+    om_text_done(&t);
+}
+
 // A surface of the caller's is the last part, and moves with it.
 static void a_probe_is_a_part(void** unused) {
     (void)unused;
@@ -291,25 +425,6 @@ static void a_probe_is_a_part(void** unused) {
 }
 
 // ---- the page -----------------------------------------------------------------------------------------------
-
-static int value_of(char c) {
-    const char* const digit = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const char* at = c ? strchr(digit, c) : NULL;
-    return at ? (int)(at - digit) : -1;
-}
-
-// The bytes between two texts of a page, from base64.
-static size_t decode(const char* from, char* bytes) {
-    size_t n = 0;
-    unsigned bits = 0;
-    int nbit = 0;
-    for (; value_of(*from) >= 0; ++from) {
-        bits = bits << 6 | (unsigned)value_of(*from);
-        nbit += 6;
-        if (nbit >= 8) bytes[n++] = (char)(bits >> (nbit -= 8));
-    }
-    return n;
-}
 
 static int count(const char* text, const char* word) {
     int n = 0;
@@ -346,7 +461,9 @@ static void add_differences(char* bytes, size_t size) {
         assert_int_equal(u32(m + 44), 0);
         const size_t nvert = u32(m + 48);
         char* x = m + 76;
-        char* stress = x + (6 * nvert + 3) / 4 * 4 + 8;
+        char* field[2];
+        field[0] = x + (6 * nvert + 3) / 4 * 4 + 8;
+        field[1] = field[0] + (nvert + 3) / 4 * 4 + 4;
         for (size_t i = 0; last && i < 3 * nvert; ++i) {
             uint16_t is, was;
             memcpy(&is, x + 2 * i, 2);
@@ -354,8 +471,9 @@ static void add_differences(char* bytes, size_t size) {
             is = (uint16_t)(is + was);
             memcpy(x + 2 * i, &is, 2);
         }
-        for (size_t i = 0; last && i < nvert; ++i)
-            stress[i] = (char)(stress[i] + last[stress - x + (long)i]);
+        for (int k = 0; k < 2; ++k)
+            for (size_t i = 0; last && i < nvert; ++i)
+                field[k][i] = (char)(field[k][i] + last[field[k] - x + (long)i]);
         last = x;
         ++nframe;
     }
@@ -439,6 +557,9 @@ int main(void) {
         cmocka_unit_test(live_frames_are_whole),
         cmocka_unit_test(stresses_are_shares_of_the_largest),
         cmocka_unit_test(points_are_the_attached_vertices),
+        cmocka_unit_test(contact_is_that_of_the_body),
+        cmocka_unit_test(chances_and_clouds),
+        cmocka_unit_test(a_depth_picture_has_its_camera),
         cmocka_unit_test(a_probe_is_a_part),
         cmocka_unit_test(a_page_holds_everything),
         cmocka_unit_test(failing_allocations_leak_nothing),
