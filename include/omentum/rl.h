@@ -63,7 +63,7 @@ typedef struct OmRlTaskOps {
     /// One step. `action` is in range. The limit of steps is not the task's business.
     OmStatus (*step)(const OmRlTask* task, void* state, const int* action, double* reward,
                      bool* is_terminated);
-    /// Write nobservation finite values.
+    /// Write nobservation finite values; the vector cuts them to obs_lo and obs_hi.
     void (*observe)(const OmRlTask* task, const void* state, float* obs);
     /// Write ninfo values. May be slow (a picture): called at the end of an episode and on request. Optional.
     OmStatus (*info)(const OmRlTask* task, void* state, double* value);
@@ -90,6 +90,8 @@ struct OmRlTask {  // head of every kind of task; constant after creation
     const OmRlTaskOps* ops;
     char name[OM_RL_NAME];
     int nobservation;  // values of an observation, > 0
+    // Least and largest value of an observation, finite, lo < hi; what a task writes beyond them is cut to them.
+    float obs_lo, obs_hi;
     // Of an observation that is an RGB picture: its rows from the top, 3 values of 0 to 1 a pixel; 0: it is no picture.
     int picture_width, picture_height;
     int naction;                    // components of an action, 1 to OM_RL_MAX_ACTION

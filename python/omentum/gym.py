@@ -1,7 +1,7 @@
-"""The tasks as environments of Gymnasium. Importing this module registers them:
+"""The tasks as environments of Gymnasium. Where the package is installed Gymnasium knows them; importing this module registers
+them, too:
 
     import gymnasium
-    import omentum.gym
     env = gymnasium.make("omentum/Retract-v0", reward="thesis", render_mode="rgb_array")
     envs = gymnasium.make_vec("omentum/Retract-v0", num_envs=8)      # the native vector of environments
 
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ._convert import need
-from .rl import RlTask, RlVec, rl_tasks
+from .rl import RlTask, RlVec, gym_name, rl_tasks
 
 need("gymnasium", "omentum.gym")
 import gymnasium  # noqa: E402 - behind the error that says how to get it
@@ -25,7 +25,7 @@ def _spaces(task: RlTask) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.MultiD
     if task.picture_shape:
         box = gymnasium.spaces.Box(0, 255, task.picture_shape, np.uint8)
     else:
-        box = gymnasium.spaces.Box(-np.inf, np.inf, (task.nobservation,), np.float32)
+        box = gymnasium.spaces.Box(*task.bounds, (task.nobservation,), np.float32)
     return box, gymnasium.spaces.MultiDiscrete(task.nchoice)
 
 
@@ -217,7 +217,7 @@ def make_vector_env(**arguments: Any) -> Any:
 def register() -> None:
     """Register the tasks: "omentum/Retract-v0" of task "retract"."""
     for task in rl_tasks():
-        name = f"omentum/{''.join(part.capitalize() for part in task.split('-'))}-v0"
+        name = gym_name(task)
         if name not in gymnasium.registry:
             # the limit of steps is the task's own, so no wrapper adds one
             gymnasium.register(name, entry_point="omentum.gym:Env", vector_entry_point="omentum.gym:make_vector_env", kwargs={"task": task})

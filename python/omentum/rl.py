@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of
-from ._lib import Busy, Handle, Owner, create, lib, refuse_fork
+from ._convert import array_of, unknown
+from ._lib import Busy, Handle, Invalid, Owner, create, lib, refuse_fork
 from .volume import picture_array
 
 
@@ -21,13 +21,31 @@ def rl_tasks() -> dict[str, str]:
     return found
 
 
+def task_name(name: str) -> str:
+    """The name of a task of its own or of Gymnasium: "omentum/CartPole-v0" is "cart-pole"."""
+    if not name.startswith("omentum/"):
+        return name
+    short = name.removesuffix("-v0").split("/", 1)[1]
+    found = {gym_name(task): task for task in rl_tasks()}
+    if name not in found:
+        raise Invalid(unknown("omentum", "environment", short, [n[8:-3] for n in found]) + "; names are such as omentum/Retract-v0")
+    return found[name]
+
+
+def gym_name(task: str) -> str:
+    """The name of a task in Gymnasium: of "cart-pole" it is "omentum/CartPole-v0"."""
+    return f"omentum/{''.join(part.capitalize() for part in task.split('-'))}-v0"
+
+
 class RlTask(Owner):
     """A task: constant, shared by any number of environments.
 
         task = RlTask("retract", reward="thesis", points=8)
 
-    name, nobservation, nchoice (choices of each component of an action), max_step, nstart (starts of the evaluation),
-    info_names; score_name: the info that counts, None: the return; target: score at which the task counts as solved;
+    The name may be that of Gymnasium: "omentum/Retract-v0".
+
+    name, nobservation, bounds (least and largest value of an observation), nchoice (choices of each component of an action), max_step, nstart (starts of the evaluation),
+    info_names; score_name: the info that counts, and says `success` where it reaches the target, None: the return; target: score at which the task counts as solved;
     picture_shape: where an observation is a picture, its (height, width, 3), values 0 to 1; else None.
     """
 
@@ -37,11 +55,13 @@ class RlTask(Owner):
         for raw, (key, value) in zip(table, settings.items()):
             raw.key, raw.value = key.encode(), str(int(value) if isinstance(value, (bool, np.bool_)) else value).encode()
         pointer = ctypes.POINTER(c.OmRlTask)()
+        name = task_name(name)
         lib.om_rl_task_create(name.encode(), table, len(settings), ctypes.byref(pointer))
         self._handle = Handle(pointer, lib.om_rl_task_destroy)
         raw = pointer.contents
         self.name, self.settings = name, settings
         self.nobservation: int = raw.nobservation
+        self.bounds: tuple[float, float] = (raw.obs_lo, raw.obs_hi)
         self.nchoice: list[int] = raw.nchoice[:raw.naction].tolist()
         self.max_step: int = raw.max_step
         self.nstart: int = raw.nstart
@@ -51,6 +71,12 @@ class RlTask(Owner):
         self.picture_shape: tuple[int, int, int] | None = (raw.picture_height, raw.picture_width, 3) if raw.picture_width else None
         self.has_picture = bool(raw.ops.contents.render)
         self.has_expert = bool(raw.ops.contents.expert)
+
+    def _with_success(self, info: dict[str, Any]) -> dict[str, Any]:
+        """Infos and, of a task with a score, `success`: 1 where the score has reached the target, else 0."""
+        if self.score_name is not None and self.target == self.target:
+            info["success"] = np.multiply(info[self.score_name] >= self.target, 1.0)
+        return info
 
     def __repr__(self) -> str:
         return f"RlTask({self.name!r}, {self.nobservation} observed, choices {self.nchoice})"
@@ -132,6 +158,7 @@ class RlVec(Owner):
             final_return=out.final_return.ctypes.data, final_length=out.final_length.ctypes.data)
         with self._busy:
             lib.om_rl_vec_step(self._c, action.ctypes.data, ctypes.byref(raw))
+        task._with_success(out.final_info)
         return out
 
     def observe(self) -> np.ndarray:
@@ -142,13 +169,13 @@ class RlVec(Owner):
         return out
 
     def info(self, env: int = 0) -> dict[str, float]:
-        """The infos of an environment now."""
+        """The infos of an environment now, such as exposure, force (N; NaN: clusters have no forces) and success (1 or 0)."""
         values = np.zeros(len(self.task.info_names))
         if not (self._c and values.size):
             return {}
         with self._busy:
             lib.om_rl_vec_info(self._c, env, values.ctypes.data)
-        return dict(zip(self.task.info_names, values.tolist()))
+        return {name: float(value) for name, value in self.task._with_success(dict(zip(self.task.info_names, values.tolist()))).items()}
 
     def render(self, env: int = 0) -> np.ndarray:
         """A picture of an environment: bytes (height x width x 3)."""

@@ -27,7 +27,7 @@ class VecEnv(Base):
     needed), and the infos of the task."""
 
     def __init__(self, task: str, num_envs: int = 8, seed: int = 1, nworker: int = 0, **settings: Any) -> None:
-        """nworker: threads, 0: one a processor. settings: of the task."""
+        """task: "retract", or its name in Gymnasium: "omentum/Retract-v0". nworker: threads, 0: one a processor. settings: of the task."""
         self.task = RlTask(task, **settings)
         self._vec = RlVec(self.task, num_envs, seed, nworker)
         self._actions: Any = None
@@ -53,6 +53,8 @@ class VecEnv(Base):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(done):
             infos[i] = {name: float(values[i]) for name, values in step.final_info.items()}
+            if "success" in infos[i]:
+                infos[i]["is_success"] = bool(infos[i]["success"])  # what Stable-Baselines3 reports as the rate of success
             infos[i]["terminal_observation"] = _seen(self.task, step.final_observation[i])
             infos[i]["TimeLimit.truncated"] = bool(step.truncated[i])
             infos[i]["episode"] = {"r": float(step.final_return[i]), "l": int(step.final_length[i]), "t": time.time() - self._begin}

@@ -141,6 +141,8 @@ OmStatus om__rl_approach_create(const OmRlSetting* setting, int nsetting, OmRlTa
     a->head = (OmRlTask){.ops = &ops,
                          .name = "approach",
                          .nobservation = OM_RL_NAPPROACH,
+                         .obs_lo = -1,
+                         .obs_hi = 1.75f,  // above the diagonal of the box
                          .naction = 3,
                          .nchoice = {3, 3, 3},
                          .max_step = (int)ceil(4 / size),

@@ -118,6 +118,8 @@ OmStatus om__rl_cart_pole_create(const OmRlSetting* setting, int nsetting, OmRlT
     *t = (OmRlTask){.ops = &ops,
                     .name = "cart-pole",
                     .nobservation = 4,
+                    .obs_lo = -20,  // an episode ends below 10 m/s and 5 rad/s
+                    .obs_hi = 20,
                     .naction = 1,
                     .nchoice = {2},
                     .max_step = 500,

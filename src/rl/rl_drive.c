@@ -21,6 +21,7 @@ struct OmRlDrive {
 
 OmStatus om_rl_drive_create(const OmRlTask* task, uint64_t seed, OmRlDrive** drive) {
     *drive = NULL;
+    OM_TRY(om__rl_check_bounds(task));
     OmRlDrive* d = om_calloc(1, sizeof *d);
     if (!d) return OM_NO_MEMORY;
     d->task = task;
@@ -83,7 +84,7 @@ OmStatus om_rl_drive_step(OmRlDrive* d, const int* action) {
         OM_CHECK(action[k] >= 0 && action[k] < task->nchoice[k], OM_INVALID,
                  "action[%d] is %d, outside 0 to %d", k, action[k], task->nchoice[k] - 1);
     OM_TRY(grow(d));
-    task->ops->observe(task, d->state, d->obs + n * (size_t)task->nobservation);
+    om__rl_observe(task, d->state, d->obs + n * (size_t)task->nobservation);
     memcpy(d->action + n * (size_t)task->naction, action, (size_t)task->naction * sizeof *action);
     OmStatus status = task->ops->step(task, d->state, action, &reward, &is_terminated);
     if (status >= 0 && !isfinite(reward))

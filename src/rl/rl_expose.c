@@ -250,6 +250,7 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
     State* s = state;
     close_tools(s);
     value[1] = s->now.arm[0].is_holding + s->now.arm[1].is_holding;
+    OM_TRY(om__rl_measure_force(scene_of(task), s->fat, NARM, &value[2]));
     return om__rl_measure(scene_of(task), s->fat, value);
 }
 
@@ -335,11 +336,13 @@ static void fill_head(OmRlExpose* e) {
     *h = (OmRlTask){.ops = &ops,
                     .name = "expose",
                     .nobservation = NOBS,
+                    .obs_lo = -OM__RL_FAR,
+                    .obs_hi = OM__RL_FAR,
                     .naction = 3 * NARM,
                     .max_step = e->retract->max_step,
                     .nstart = OM_RL_GRID * OM_RL_GRID,
-                    .ninfo = 2,
-                    .info_name = {"exposure", "grasped"},
+                    .ninfo = 3,
+                    .info_name = {"exposure", "grasped", "force"},
                     .score_name = "exposure",
                     .target = 0.95,
                     .key = keys,
@@ -348,6 +351,8 @@ static void fill_head(OmRlExpose* e) {
     for (int k = 0; k < 3 * NARM; ++k) h->nchoice[k] = 3;
     if (e->retract->picture_width > 0) {
         h->nobservation = e->retract->nobservation;
+        h->obs_lo = e->retract->obs_lo;
+        h->obs_hi = e->retract->obs_hi;
         h->picture_width = e->retract->picture_width;
         h->picture_height = e->retract->picture_height;
     }

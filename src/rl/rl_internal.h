@@ -21,6 +21,12 @@ OmStatus om__rl_expose_create(const OmRlSetting* setting, int nsetting, OmRlTask
 OmStatus om__rl_press_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 OmStatus om__rl_retract_create(const OmRlSetting* setting, int nsetting, OmRlTask** task);
 
+// The observation of a state, within obs_lo and obs_hi.
+void om__rl_observe(const OmRlTask* task, const void* state, float* obs);
+
+// OM_INVALID where the bounds of an observation are not set.
+OmStatus om__rl_check_bounds(const OmRlTask* task);
+
 // Read a setting as a number from lo to hi.
 OmStatus om__rl_setting_number(const char* task, const OmRlSetting* setting, double lo, double hi,
                                double* value);

@@ -341,6 +341,8 @@ OmStatus om__rl_press_create(const OmRlSetting* setting, int nsetting, OmRlTask*
     t->head = (OmRlTask){.ops = &ops,
                          .name = "press",
                          .nobservation = 4 + NPLACE,
+                         .obs_lo = -2,  // of positions
+                         .obs_hi = 20,  // 10 N
                          .naction = 4,
                          .nchoice = {3, 3, 3, 2},
                          .max_step = (int)max_step,

@@ -136,6 +136,7 @@ OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask*
     r->head = (OmRlTask){.ops = &ops,
                          .name = "reach",
                          .nobservation = 7,
+                         .obs_hi = 1.75f,  // above the diagonal of the box
                          .naction = 3,
                          .nchoice = {3, 3, 3},
                          .max_step = (int)ceil(4 / size),

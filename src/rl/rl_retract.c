@@ -240,14 +240,18 @@ static const OmRlKey keys[] = {OM__RL_RIGHT_HAND("", 0, 1, 2),
 enum { NKEY = sizeof keys / sizeof *keys, NGRIPPER_KEY = 2 };
 
 static void fill_head(OmRlRetract* t) {
-    static const char* const info[] = {"exposure", "grasped", "along",
-                                       "across",   "slips",   "inverted"};
+    static const char* const info[] = {"exposure", "grasped",  "along", "across",
+                                       "slips",    "inverted", "force"};
     const OmRlRetractDef* d = &t->def;
     OmRlTask* h = &t->head;
     h->ops = &om__rl_retract_ops;
     strcpy(h->name, "retract");
     h->nobservation = 12 + 3 * d->npoint;
+    h->obs_lo = -OM__RL_FAR;
+    h->obs_hi = OM__RL_FAR;
     if (d->has_picture) {
+        h->obs_lo = 0;
+        h->obs_hi = 1;
         h->picture_width = d->picture_width;
         h->picture_height = d->picture_height;
         h->nobservation = (int)om__rl_picture_size(t);

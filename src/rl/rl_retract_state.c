@@ -345,6 +345,18 @@ static void observe(const OmRlTask* task, const void* state, float* obs) {
         obs = om__rl_put_point(t, om_load3(x, t->point_vert[k]), obs);
 }
 
+// Of clusters nothing is known: they have no forces.
+OmStatus om__rl_measure_force(const OmRlRetract* t, const OmRlRetractState* s, int narm,
+                              double* force) {
+    *force = NAN;
+    if (t->def.tissue != OM_RL_ELEMENTS) return OM_OK;
+    OmTissueForces f;
+    OM_TRY(om_tissue_get_forces(t->tissue, s->tissue, &f));
+    *force = 0;
+    for (int k = 0; k < narm; ++k) *force = fmax(*force, om_norm(f.grasp[k]));
+    return OM_OK;
+}
+
 static OmStatus info(const OmRlTask* task, void* state, double* value) {
     OmRlRetractState* s = state;
     s->tool[0].is_closed = s->now.is_closed;
@@ -353,6 +365,7 @@ static OmStatus info(const OmRlTask* task, void* state, double* value) {
     value[3] = s->now.across;
     value[4] = s->now.nslip;
     value[5] = s->now.ninverted;
+    OM_TRY(om__rl_measure_force(om__rl_retract(task), s, 1, &value[6]));
     return om__rl_measure(om__rl_retract(task), s, value);
 }
 

@@ -1,4 +1,5 @@
 // rl_tasks.c: the list of tasks, and their settings as a user writes them.
+#include <math.h>
 #include <string.h>
 
 #include "rl/rl_internal.h"
@@ -29,9 +30,23 @@ void om__rl_plain_state_destroy(const OmRlTask* task, void* state) {
     om_free(state);
 }
 
+void om__rl_observe(const OmRlTask* task, const void* state, float* obs) {
+    task->ops->observe(task, state, obs);
+    for (int i = 0; i < task->nobservation; ++i)
+        obs[i] = fminf(fmaxf(obs[i], task->obs_lo), task->obs_hi);
+}
+
+OmStatus om__rl_check_bounds(const OmRlTask* t) {
+    OM_CHECK(isfinite(t->obs_lo) && isfinite(t->obs_hi) && t->obs_lo < t->obs_hi, OM_INVALID,
+             "task %s: values of an observation are between %g and %g: set obs_lo below obs_hi",
+             t->name, (double)t->obs_lo, (double)t->obs_hi);
+    return OM_OK;
+}
+
 static OmStatus check_task(const OmRlTask* t) {
     OM_CHECK(t->nobservation > 0 && t->max_step > 0, OM_INVALID, "task %s: nothing to observe",
              t->name);
+    OM_TRY(om__rl_check_bounds(t));
     OM_CHECK(t->naction > 0 && t->naction <= OM_RL_MAX_ACTION, OM_INVALID,
              "task %s: an action of %d components", t->name, t->naction);
     for (int k = 0; k < t->naction; ++k)

@@ -49,6 +49,7 @@ OmStatus om_rl_vec_create(const OmRlVecDef* def, OmRlVec** vec) {
     *vec = NULL;
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "environments: begin with om_rl_vec_default_def()");
     OM_CHECK(def->task, OM_INVALID, "environments: no task");
+    OM_TRY(om__rl_check_bounds(def->task));
     OM_CHECK(def->nenv > 0 && def->nenv <= MAX_ENV, OM_INVALID,
              "environments: nenv is %d, outside 1 to %d", def->nenv, MAX_ENV);
     OM_CHECK(def->nworker >= 0, OM_INVALID, "environments: nworker is %d", def->nworker);
@@ -122,7 +123,7 @@ static void reset_block(void* ctx, int begin, int end, int block) {
     for (int i = begin; i < end; ++i) {
         OmStatus status = begin_episode(c->vec, i, -1);
         if (status >= 0)
-            task->ops->observe(task, c->vec->state[i], c->obs + (ptrdiff_t)i * task->nobservation);
+            om__rl_observe(task, c->vec->state[i], c->obs + (ptrdiff_t)i * task->nobservation);
         keep_failure(c->vec, i, status);
     }
 }
@@ -150,7 +151,7 @@ OmStatus om_rl_vec_reset_one(OmRlVec* vec, int env, int start, float* obs) {
     OM_CHECK(start >= -1 && start < task->nstart, OM_INVALID, "task %s has no start %d", task->name,
              start);
     OM_TRY(begin_episode(vec, env, start));
-    task->ops->observe(task, vec->state[env], obs);
+    om__rl_observe(task, vec->state[env], obs);
     return OM_OK;
 }
 
@@ -162,7 +163,7 @@ static OmStatus end_episode(const Call* c, int i) {
     const OmRlTask* task = v->def.task;
     const OmRlStep* out = c->out;
     if (out->final_obs)
-        task->ops->observe(task, v->state[i], out->final_obs + (ptrdiff_t)i * task->nobservation);
+        om__rl_observe(task, v->state[i], out->final_obs + (ptrdiff_t)i * task->nobservation);
     if (out->final_return) out->final_return[i] = v->env[i].sum;
     if (out->final_length) out->final_length[i] = (int)v->env[i].length;
     if (out->final_info && v->def.has_info && task->ops->info)
@@ -191,8 +192,7 @@ static OmStatus step_one(const Call* c, int i) {
     if (out->is_terminated) out->is_terminated[i] = is_terminated;
     if (out->is_truncated) out->is_truncated[i] = is_truncated;
     if (is_terminated || is_truncated) OM_TRY(end_episode(c, i));
-    if (out->obs)
-        task->ops->observe(task, v->state[i], out->obs + (ptrdiff_t)i * task->nobservation);
+    if (out->obs) om__rl_observe(task, v->state[i], out->obs + (ptrdiff_t)i * task->nobservation);
     return OM_OK;
 }
 
@@ -249,7 +249,7 @@ OmStatus om_rl_vec_expert(OmRlVec* vec, int env, OmRng* rng, int* action) {
 void om_rl_vec_observe(const OmRlVec* vec, float* obs) {
     const OmRlTask* task = vec->def.task;
     for (int i = 0; i < vec->def.nenv; ++i)
-        task->ops->observe(task, vec->state[i], obs + (ptrdiff_t)i * task->nobservation);
+        om__rl_observe(task, vec->state[i], obs + (ptrdiff_t)i * task->nobservation);
 }
 
 // ---- saving -------------------------------------------------------------------------------------------

@@ -97,6 +97,8 @@ static inline PointTask point_task(double move, int max_step, bool has_jaw) {
     PointTask t = {.head = {.ops = &ops,
                             .name = "point",
                             .nobservation = 3,
+                            .obs_lo = (float)(-2 * POINT_SIDE),
+                            .obs_hi = (float)(2 * POINT_SIDE),
                             .naction = has_jaw ? 4 : 3,
                             .nchoice = {3, 3, 3, has_jaw ? 2 : 0},
                             .max_step = max_step,

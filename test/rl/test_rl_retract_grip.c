@@ -28,10 +28,14 @@ static void test_slip(void** state) {
             assert_ok(task->ops->step(task, s, action, &reward, &is_end));
             nloss += was_holding && !s->now.is_holding;
             assert_ok(om_tissue_get_forces(t->tissue, s->tissue, &f));
+            double force;
+            assert_ok(om__rl_measure_force(t, s, 1, &force));
+            assert_near(force, om_norm(f.grasp[0]), 0);
             if (s->now.is_holding) most[k] = fmax(most[k], om_norm(f.grasp[0]));
             if (i < nstep - 1) continue;
             assert_ok(task->ops->info(task, s, info));
             assert_int_equal(info[4], nloss);
+            assert_near(info[6], force, 0);
             assert_int_equal(nloss > 0, k == 0);
         }
         task->ops->state_destroy(task, s);
@@ -79,6 +83,7 @@ static void test_margin(void** state) {
         nless += e[0] < e[2];
     }
     for (int k = 0; k < ntask; k += 2) assert_ok(task[k]->ops->info(task[k], s[k], info[k]));
+    assert_true(isnan(info[0][6]));  // clusters have no forces
     print_message("largest difference %.3f; %d steps with a part, %d with less than the tumour\n",
                   worst, npart, nless);
     // a tumour is 1 mm higher in its middle: an edge of fat moves by 1 mm of 28 mm, pi / 4 of which are a disc

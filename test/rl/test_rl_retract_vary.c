@@ -76,7 +76,8 @@ static void test_variants(void** state) {
         double info[2][OM_RL_MAX_INFO];
         assert_ok(task->ops->info(task, a, info[0]));
         assert_ok(own[body]->ops->info(own[body], b[body], info[1]));
-        for (int k = 0; k < task->ninfo; ++k) assert_near(info[0][k], info[1][k], 0);
+        for (int k = 0; k < task->ninfo; ++k)  // clusters have no forces: NaN
+            if (!isnan(info[0][k]) || !isnan(info[1][k])) assert_near(info[0][k], info[1][k], 0);
     }
     print_message("episodes of the bodies: %d %d %d\n", drawn[0], drawn[1], drawn[2]);
     // 30 of three bodies, 45 of two, deviation 4.5

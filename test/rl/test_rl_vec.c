@@ -354,6 +354,65 @@ static void test_refused(void** state) {
     om_rl_task_destroy(task);
 }
 
+// Random actions of several tasks stay inside of the bounds, so that nothing is cut.
+static void test_bounds_of_observations(void** state) {
+    (void)state;
+    const char* const names[] = {"reach", "approach", "cart-pole", "press"};
+    for (int n = 0; n < 4; ++n) {
+        OmRlTask* task = task_of(names[n]);
+        OmRlVec* vec = vec_of(task, 1, 1);
+        OmRng rng = om_rng_init(5, 0);
+        int action[NENV * OM_RL_MAX_ACTION];
+        float obs[NENV * 32];
+        bool has_closed_end = n < 2;  // 0 and -1 are values of the box
+        assert_true(task->nobservation <= 32);
+        assert_ok(om_rl_vec_reset(vec, obs));
+        for (int t = 0; t < 60; ++t) {
+            for (int i = 0; i < NENV * task->nobservation; ++i) {
+                assert_true(obs[i] < task->obs_hi && obs[i] >= task->obs_lo);
+                assert_true(obs[i] > task->obs_lo || has_closed_end);
+            }
+            random_actions(task, &rng, action);
+            assert_ok(om_rl_vec_step(vec, action, &(OmRlStep){obs}));
+        }
+        om_rl_vec_destroy(vec);
+        om_rl_task_destroy(task);
+    }
+}
+
+// Tighter bounds cut what is beyond them, and nothing else; a missing bound is refused.
+static void test_an_observation_is_cut(void** state) {
+    (void)state;
+    OmRlTask *task = task_of("cart-pole"),
+             tight = *task;  // without settings: its head is all of it
+    tight.obs_lo = -0.5f;
+    tight.obs_hi = 0.25f;
+    OmRlVec *wide = vec_of(task, 1, 1), *cut = vec_of(&tight, 1, 1);
+    int ncut = 0, action[NENV];
+    float a[NENV * 4], b[NENV * 4];
+    OmRng rng = om_rng_init(5, 0);
+    assert_ok(om_rl_vec_reset(wide, a));
+    assert_ok(om_rl_vec_reset(cut, b));
+    for (int t = 0; t < 60; ++t) {
+        for (int i = 0; i < NENV * 4; ++i) {
+            double expected = a[i] < -0.5f ? -0.5 : a[i] > 0.25f ? 0.25 : (double)a[i];
+            assert_near(b[i], expected, 0);
+            ncut += a[i] != b[i];
+        }
+        random_actions(task, &rng, action);
+        assert_ok(om_rl_vec_step(wide, action, &(OmRlStep){a}));
+        assert_ok(om_rl_vec_step(cut, action, &(OmRlStep){b}));
+    }
+    assert_true(ncut > 50);
+    om_rl_vec_destroy(wide);
+    om_rl_vec_destroy(cut);
+    tight.obs_lo = tight.obs_hi = 0;
+    OmRlVecDef def = om_rl_vec_default_def(&tight);
+    assert_status(om_rl_vec_create(&def, &wide), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "set obs_lo below obs_hi"));
+    om_rl_task_destroy(task);
+}
+
 // Pixels of a part, and their mean place in the picture.
 static int find_part(const OmPicture* p, OmSensePart part, double* u, double* v) {
     int n = 0;
@@ -453,6 +512,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_workers_and_resume),
         cmocka_unit_test(test_episodes),
+        cmocka_unit_test(test_bounds_of_observations),
+        cmocka_unit_test(test_an_observation_is_cut),
         cmocka_unit_test(test_pictures),
         cmocka_unit_test(test_truncation),
         cmocka_unit_test(test_without_autoreset),
