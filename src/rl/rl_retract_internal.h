@@ -142,7 +142,8 @@ OmStatus om__rl_grasp(const OmRlRetract* t, OmRlRetractState* s);
 /// Largest force of the first `narm` tools on the fat, N; NaN: clusters have no forces.
 OmStatus om__rl_measure_force(const OmRlRetract* t, const OmRlRetractState* s, int narm,
                               double* force);
-#define OM__RL_FAR 4.0f  // bound of an observation, in half widths of the workspace, which ends at 1
+#define OM__RL_FAR \
+    4.0f  // bound of an observation, in half widths of the workspace, which ends at 1
 /// p in -1 to 1 of the workspace, three numbers; returns the place behind them.
 float* om__rl_put_point(const OmRlRetract* t, OmVec3 p, float* obs);
 /// The tip above the fat at rest, or above the kidney where there is none.
