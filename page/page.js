@@ -586,14 +586,42 @@ class Page {
     $('cut').addEventListener('input', () => stage.setCut(Number($('cut').value)));
     $('ask').addEventListener('click', () => $('help').showModal());
     $('shot').addEventListener('click', () => this.saveShot());
+    $('film').hidden = !window.MediaRecorder;
+    $('film').addEventListener('click', () => this.toggleFilm());
+  }
+
+  save(name, url) { Object.assign(document.createElement('a'), { href: url, download: `${this.log.scene.title}-${name}` }).click(); }
+
+  // What the canvas shows from now on, as a video of the browser's; a second press ends and saves it.
+  toggleFilm() {
+    if (this.film) {
+      this.film.stop();
+      return;
+    }
+    const type = ['video/webm;codecs=vp9', 'video/webm', 'video/mp4'].find((t) => MediaRecorder.isTypeSupported(t)), parts = [];
+    if (!type) return;
+    this.film = new MediaRecorder($('canvas').captureStream(30), { mimeType: type, videoBitsPerSecond: 8e6 });
+    this.film.ondataavailable = (event) => parts.push(event.data);
+    this.film.onstop = () => {
+      const url = URL.createObjectURL(new Blob(parts, { type }));
+      this.save(`${this.time.toFixed(1)}s.${type.includes('mp4') ? 'mp4' : 'webm'}`, url);
+      setTimeout(() => URL.revokeObjectURL(url), 10000);
+      this.film = null;
+      this.showFilm();
+    };
+    this.film.start();
+    this.stage.draw();  // the first picture, also of a scene at rest
+    this.showFilm();
+  }
+
+  showFilm() {
+    $('film').setAttribute('aria-pressed', !!this.film);
+    $('film').setAttribute('aria-label', this.film ? 'End the video and save it' : 'Record a video');
   }
 
   saveShot() {
     this.stage.draw();
-    const a = document.createElement('a');
-    a.href = $('canvas').toDataURL('image/png');
-    a.download = `${this.log.scene.title}-${this.time.toFixed(1)}s.png`;
-    a.click();
+    this.save(`${this.time.toFixed(1)}s.png`, $('canvas').toDataURL('image/png'));
   }
 
   // Rows of the help, and what the keys do.
@@ -607,6 +635,7 @@ class Page {
         press('colors', (on + 1) % $('colors').querySelectorAll('button:not([hidden])').length);
       }],
       s: ['s', 'save a picture', () => this.saveShot()],
+      r: ['r', 'record a video, or end it', () => this.toggleFilm()],
       '?': ['?', 'this help', () => $('help').showModal()],
     };
     for (const [name, what] of Object.values(keys)) {
@@ -726,12 +755,24 @@ class Live extends Page {
       g: ['g', 'a hand: grasp and pull', () => this.setTool('grasp')], b: ['b', 'a hand: press with a ball', () => this.setTool('press')] });
     this.addHand();
     this.addMaterial();
+    this.brush = '';
+    const brush = (word, name) => this.button('brush', name, !word, (b) => {
+      this.choose('brush', b);
+      this.brush = word;
+    });
+    for (const [word, name] of [['', 'off'], ['attach', 'held here'], ['free', 'free here'], ['forbid', 'do not grasp']]) brush(word, name);
   }
 
   get isLive() { return true; }
   get follows() { return true; }
 
-  send(line) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(line); }
+  // A person answers the plan that the page shows, by its name.
+  send(line) {
+    const names = /^(y|ye|yes|n|no)$/.test(line) && this.mode === 'run' && this.plan;
+    this.sendRaw(names ? `${line} ${this.plan}` : line);
+  }
+
+  sendRaw(line) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(line); }
 
   // Messages are read at once, the newest is drawn when the screen is ready: a slow screen shows fewer frames, not old ones.
   wantFrame() {
@@ -789,9 +830,46 @@ class Live extends Page {
     }
   }
 
+  // Each mark of a brush is answered: the answers stand below each other.
   say(words, isError) {
-    $('said').textContent = words;
+    const isMore = this.nanswer > 0;
+    if (isMore) --this.nanswer;
+    $('said').textContent = isMore && this.answers ? `${this.answers}\n${words}` : words;
     $('said').classList.toggle('error', !!isError);
+    this.answers = isMore ? $('said').textContent : '';
+  }
+
+  // ---- a brush: the grasping points under the pointer, one command each
+
+  beginBrush(hit) {
+    this.painted = new Map();
+    this.paint(hit);
+  }
+
+  paint(hit) {
+    const at = hit && this.restOf(hit), block = at && this.stage.blockAt(at);
+    if (block) this.painted.set(block.join(' '), hit.point.clone());
+    this.stage.place(this.stage.brush, new Float32Array([...this.painted.values()].flatMap((p) => [p.x, p.y, p.z])));
+    this.stage.draw();
+  }
+
+  endBrush() {
+    const blocks = [...this.painted.keys()];
+    this.painted = null;
+    this.nanswer = blocks.length;
+    this.answers = '';
+    blocks.forEach((block, k) => setTimeout(() => this.send(`${this.brush} ${block}`), 40 * k));
+    setTimeout(() => {
+      this.stage.place(this.stage.brush, new Float32Array(0));
+      this.stage.draw();
+    }, 1500);
+  }
+
+  // Where the tissue under the pointer was at rest: lifted tissue keeps its grasping points.
+  restOf(hit) {
+    const rest = this.stage.parts[0].x, { a, b, c } = hit.face, p = new THREE.Vector3();
+    for (const v of [a, b, c]) p.add(new THREE.Vector3(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]).divideScalar(3));
+    return p;
   }
 
   setMode(message) {
@@ -805,6 +883,7 @@ class Live extends Page {
       $('line').hidden = this.mode !== 'run';
       document.body.classList.toggle('free', this.mode === 'free');
       this.chart.lanes = this.mode === 'free' ? [1] : [0, 1, 2, 3];
+      $('brush').hidden = this.mode !== 'run';
       if (this.mode === 'free') {
         this.setTool('grasp');
         for (const name of ['true attachments', 'measured cloud', 'pictures']) this.toggles[name].hidden = true;  // there is no robot, and no truth
@@ -814,20 +893,20 @@ class Live extends Page {
     }
     if (this.mode === 'free') this.showMaterial(message);
     this.isPaused = message.paused;
+    this.plan = message.plan;
     this.isHeld = message.holds;
     if (this.mode === 'run') {
       for (const line of ['yes', 'no']) this.buttons[line].hidden = !message.asks;
       this.buttons.pause.hidden = message.paused || message.holds;
       this.buttons.go.hidden = !(message.paused || message.holds);
       for (const b of Object.values(this.buttons)) b.disabled = message.ended || !this.hasControl;
-      if (message.asks) this.say('May this plan begin?', false);
-      if (message.holds) this.say('The robot waits for you: ' + message.reason, true);
-      if (message.ended) this.say('The operation has ended.', false);
+      $('wants').textContent = message.asks ? 'May this plan begin?' : message.holds ? 'The robot waits for you: ' + message.reason
+        : message.ended ? 'The operation has ended.' : '';
     }
   }
 
   showControl() {
-    for (const b of document.querySelectorAll('#commands button, #hand button, #hand input, #hand select')) b.disabled = !this.hasControl;
+    for (const b of document.querySelectorAll('#commands button, #brush button, #hand button, #hand input, #hand select')) b.disabled = !this.hasControl;
     $('watching').hidden = this.hasControl;
   }
 
@@ -859,6 +938,11 @@ class Live extends Page {
   addHand() {
     const canvas = $('canvas'), ray = new THREE.Raycaster(), at = new THREE.Vector2(), p = new THREE.Vector3();
     let drag = null;
+    const tissueHit = () => {
+      const tissue = this.stage.parts[0].mesh;
+      tissue.geometry.computeBoundingSphere();
+      return ray.intersectObject(tissue)[0];
+    };
     const aim = (event) => {
       const box = canvas.getBoundingClientRect();
       at.set((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
@@ -873,16 +957,29 @@ class Live extends Page {
       const isClick = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5;
       if (this.mode !== 'run' || !this.hasControl || !isClick) return;
       aim(event);
-      const hit = ray.intersectObject(this.stage.parts[0].mesh)[0];
-      if (hit) this.showChoices(event, hit.point);
+      const hit = tissueHit();
+      if (hit && !this.brush) this.showChoices(event, this.restOf(hit));
     });
     const line = (word) => `${word} ${p.x.toFixed(5)} ${p.y.toFixed(5)} ${p.z.toFixed(5)}`;
     canvas.addEventListener('pointerdown', (event) => {
+      if (this.mode !== 'run' || !this.hasControl || !this.brush || event.button !== 0 || !event.isPrimary) return;
+      aim(event);
+      const hit = tissueHit();
+      if (!hit) return;
+      this.stage.controls.enabled = false;
+      canvas.setPointerCapture(event.pointerId);
+      this.beginBrush(hit);
+      event.stopImmediatePropagation();
+    }, true);
+    canvas.addEventListener('pointermove', (event) => {
+      if (!this.painted) return;
+      aim(event);
+      this.paint(tissueHit());
+    });
+    canvas.addEventListener('pointerdown', (event) => {
       if (this.mode !== 'free' || !this.hasControl || event.button !== 0 || !event.isPrimary) return;
       aim(event);
-      const tissue = this.stage.parts[0].mesh;
-      tissue.geometry.computeBoundingSphere();
-      const hit = ray.intersectObject(tissue)[0];
+      const hit = tissueHit();
       if (!hit) return;
       drag = this.beginDrag(hit, ray.ray, event);
       p.copy(drag.from);
@@ -900,7 +997,11 @@ class Live extends Page {
       if (drag.to(ray.ray, event, p)) this.next = line('move');
     });
     const end = () => {
-      if (!this.isPulling) return;
+      if (this.painted) this.endBrush();
+      if (!this.isPulling) {
+        this.stage.controls.enabled = true;
+        return;
+      }
       this.isPulling = false;
       this.stage.controls.enabled = true;
       this.next = null;

@@ -17,12 +17,13 @@
 /// | event   | what else                                                                                   |
 /// |---------|---------------------------------------------------------------------------------------------|
 /// | head    | program, hashes of the scene, the logic program, the network and the twin, the loop's rules |
-/// | plan    | facts by their source, actions, costs, reasons from the logic program, hash of the twin     |
+/// | plan    | facts by their source, actions, costs, reasons from the logic program, hash of the twin,    |
+/// |         | "name": om_audit_plan_name                                                                  |
 /// | begin   | an action begins                                                                            |
 /// | action  | it ended: outcome, visibility, force by the twin, hash of the twin                          |
 /// | warning | the warning state (Alg. 5), the one before, and the discrepancy mu                          |
 /// | update  | stage, reason, numbers of an acquisition or an estimate of the attachments                  |
-/// | command | of a person, as om_loop_command_parse reads it                                              |
+/// | command | of a person, as om_loop_command_parse reads it; of consent "plan": the name of the plan     |
 /// | hold    | why the robot waits for a person                                                            |
 /// | end     | outcome, reason, visibility, force by the twin, hash of the twin                            |
 ///
@@ -57,6 +58,10 @@ OM_API void om_audit_destroy(OmAudit* audit);
 /// The functions fail with OM_IO where the file exists or cannot be written.
 /// @return the functions of the audit; `ctx` is borrowed until it is destroyed
 OM_API OmLoopListener om_audit_listener(OmAudit* audit);
+#define OM_AUDIT_NAME 17  // bytes of a plan's name
+/// Names the plan that the loop has now, for a person's consent: a hash of its number and its actions. A plan that was
+/// made later has another name, also if its actions are the same.
+OM_API void om_audit_plan_name(const OmLoop* loop, char name[OM_AUDIT_NAME]);
 /// All lines so far; valid until the next one or until the audit is destroyed.
 OM_API const char* om_audit_text(const OmAudit* audit);
 /// The sentences so far, a line each with its time, but for actions that begin; valid as long.

@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "omentum/record_audit.h"
 #include "omentum/record_words.h"
 
 static const OmCliOption option[] = {
@@ -69,14 +70,20 @@ typedef struct Watch {  // of a page
     bool has_begun, was_heard;
     OmLoopPhase phase;
     bool is_paused;
+    char plan[OM_AUDIT_NAME];  // that waits for consent; "": none
 } Watch;
 
 // What the page shows as buttons: may a plan begin, does the robot wait, is it paused?
 static OmStatus say_state(Watch* w, const OmLoop* loop) {
     const OmLoopPhase phase = om_loop_phase(loop);
     const bool is_paused = om_loop_is_paused(loop);
+    char plan[OM_AUDIT_NAME] = "";
     OmText text = {0};
-    if (w->has_begun && phase == w->phase && is_paused == w->is_paused) return OM_OK;
+    if (phase == OM_LOOP_CONSENT) om_audit_plan_name(loop, plan);
+    if (w->has_begun && phase == w->phase && is_paused == w->is_paused &&
+        strcmp(plan, w->plan) == 0)
+        return OM_OK;
+    memcpy(w->plan, plan, sizeof plan);
     w->phase = phase;
     w->is_paused = is_paused;
     OmJson json = om_json_begin(&text);
@@ -84,6 +91,7 @@ static OmStatus say_state(Watch* w, const OmLoop* loop) {
     om_json_string(&json, "mode", "run");
     om_json_bool(&json, "paused", is_paused);
     om_json_bool(&json, "asks", phase == OM_LOOP_CONSENT);
+    om_json_string(&json, "plan", plan);
     om_json_bool(&json, "holds", phase == OM_LOOP_HOLD);
     om_json_bool(&json, "ended", phase == OM_LOOP_ENDED);
     om_json_string(&json, "reason", phase == OM_LOOP_HOLD ? om_loop_hold_reason(loop) : "");
@@ -91,10 +99,32 @@ static OmStatus say_state(Watch* w, const OmLoop* loop) {
     return send(w->server, &json, &text);
 }
 
-static OmStatus obey(Watch* w, OmLoop* loop, const char* line) {
+// "yes NAME" and "no NAME" answer the plan of that name alone: a person may have looked at the one before. The name is
+// taken off the line.
+static OmStatus check_plan(const OmLoop* loop, char* line) {
+    OmLoopCommand c;
+    char name[OM_AUDIT_NAME], *given = strchr(line, ' ');
+    if (given) *given++ = 0;
+    const bool is_consent = om_loop_command_parse(line, om_loop_grid(loop), &c) == OM_OK &&
+                            (c.kind == OM_LOOP_APPROVE || c.kind == OM_LOOP_REJECT);
+    if (is_consent && om_loop_phase(loop) == OM_LOOP_CONSENT) {
+        om_audit_plan_name(loop, name);
+        OM_CHECK(given && given[0], OM_INVALID, "%s names no plan: %s waits; say %s %s", line, name,
+                 line, name);
+        OM_CHECK(strcmp(given, name) == 0, OM_INVALID,
+                 "plan %.16s does not wait any more: look at plan %s, which took its place, and "
+                 "answer again",
+                 given, name);
+    }
+    if (given && !is_consent) given[-1] = ' ';
+    return OM_OK;
+}
+
+static OmStatus obey(Watch* w, OmLoop* loop, char* line) {
     OmLoopCommand command;
     OmText words = {0};
-    OmStatus status = om_loop_command_parse(line, om_loop_grid(loop), &command);
+    OmStatus status = check_plan(loop, line);
+    if (status == OM_OK) status = om_loop_command_parse(line, om_loop_grid(loop), &command);
     if (status == OM_OK) status = om_loop_command(loop, &command);
     if (status == OM_OK) status = om_words_command(loop, &command, &words);
     if (status == OM_OK) status = om_cli_view_say(w->server, words.str, false);

@@ -308,10 +308,25 @@ static OmStatus put_reasons(OmAudit* a, const OmLoop* loop, OmJson* json, const 
     return OM_OK;
 }
 
+void om_audit_plan_name(const OmLoop* loop, char name[OM_AUDIT_NAME]) {
+    const OmPlan* plan = om_loop_plan(loop);
+    const int number = om_loop_result(loop)->nplan;
+    uint64_t hash = om_hash(&number, sizeof number, OM_HASH_SEED);
+    for (int i = 0; i < plan->naction; ++i) {
+        const OmPlanAction* p = &plan->action[i];
+        const int what[3] = {(int)p->verb, p->arm, p->block};
+        hash = om_hash(what, sizeof what, hash);
+    }
+    snprintf(name, OM_AUDIT_NAME, "%016llx", (unsigned long long)hash);
+}
+
 static OmStatus on_plan(void* ctx, const OmLoop* loop, const OmSituation* s, const OmPlan* plan) {
     OmAudit* a = ctx;
     OmJson json = begin_line(a, loop, "plan");
+    char name[OM_AUDIT_NAME];
+    om_audit_plan_name(loop, name);
     om_json_integer(&json, "plan", loop->result.nplan);
+    om_json_string(&json, "name", name);
     om_json_string(&json, "made", om_loop_preplan(loop) ? "before" : "now");
     put_facts(&json, loop, s);
     om_json_string(&json, "outcome", om_status_text(plan->outcome));
@@ -405,6 +420,10 @@ static OmStatus on_command(void* ctx, const OmLoop* loop, const OmLoopCommand* c
     char value[OM_NUMBER_SIZE];
     om_number_write(value, c->value);  // to the last digit: a replay gives it again
     if (c->kind == OM_LOOP_SLOW) om_json_string(&json, "value", value);
+    char name[OM_AUDIT_NAME];
+    om_audit_plan_name(loop, name);
+    const bool is_consent = c->kind == OM_LOOP_APPROVE || c->kind == OM_LOOP_REJECT;
+    if (is_consent) om_json_string(&json, "plan", name);
     OM_TRY(om_words_command(loop, c, &a->words));
     return end_told(a, loop, &json);
 }

@@ -376,10 +376,47 @@ static void test_words_of_persons_and_ends(void** state) {
                  "The region of interest is not exposed, 0 % is seen: no plan is left.");
 }
 
+// Consent names its plan: the line of the command has the name of the plan before it, and a plan with the same actions
+// that is made later has another name.
+static void test_consent_names_its_plan(void** unused) {
+    (void)unused;
+    Rig g;
+    OmLoop* loop;
+    char first[OM_AUDIT_NAME], second[OM_AUDIT_NAME], line[80];
+    rig_create(&g, object_scene());
+    OmAudit* audit = make_audit(g.planner);
+    const OmLoopListener listener = om_audit_listener(audit);
+    OmLoopDef def = om_loop_default_def(&g.scene.task, g.world, g.twin, g.planner);
+    def.listener = &listener;
+    def.nlistener = 1;
+    def.needs_approval = def.is_attended = true;
+    assert_ok(om_loop_create(&def, &loop));
+    while (om_loop_phase(loop) != OM_LOOP_CONSENT) assert_ok(om_loop_tick(loop));
+    om_audit_plan_name(loop, first);
+    const OmPlan before = *om_loop_plan(loop);
+    assert_ok(give(loop, OM_LOOP_REPLAN));
+    do {
+        assert_ok(om_loop_tick(loop));
+    } while (om_loop_phase(loop) != OM_LOOP_CONSENT);
+    om_audit_plan_name(loop, second);
+    assert_memory_equal(before.action, om_loop_plan(loop)->action, sizeof before.action);
+    assert_string_not_equal(first, second);
+    assert_ok(give(loop, OM_LOOP_APPROVE));
+    const char* text = om_audit_text(audit);
+    snprintf(line, sizeof line, "\"name\": \"%s\"", first);
+    assert_int_equal(count(text, line), 1);
+    snprintf(line, sizeof line, "\"command\": \"yes\",\"plan\": \"%s\"", second);
+    assert_int_equal(count(text, line), 1);
+    om_loop_destroy(loop);
+    om_audit_destroy(audit);
+    rig_destroy(&g);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_line_for_each_decision),
         cmocka_unit_test(test_a_file_of_its_own),
+        cmocka_unit_test(test_consent_names_its_plan),
         cmocka_unit_test(test_every_failing_allocation_returns),
         cmocka_unit_test(test_words_of_plans_and_actions),
         cmocka_unit_test(test_words_of_an_update),
