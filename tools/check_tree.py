@@ -26,7 +26,7 @@ FLOORS = [
     ["tissue", "fem", "pbd", "heuristic", "robot", "nn", "report"],
     ["contact", "sense", "scan"],
     ["scene", "world"],
-    ["match", "umesh", "calibrate", "plan", "view"],
+    ["match", "umesh", "calibrate", "plan", "view", "dds"],
     ["banet", "act"],
     ["belief", "rl"],
     ["trial"],

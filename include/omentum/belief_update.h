@@ -63,7 +63,7 @@ typedef struct OmUpdateDef {
     // newest picture is taken, which may be from before the end of the action.
     OmEstimateFn estimate;
     void* estimate_ctx;  // borrowed by the job
-    // Default OM_UPDATE_AFTER_LATENCY in a world that has snapshots, otherwise OM_UPDATE_WHEN_READY.
+    // Default OM_UPDATE_AFTER_LATENCY in a world that waits or has snapshots, otherwise OM_UPDATE_WHEN_READY.
     OmUpdateTiming timing;
     // OmRetractUpdate.end_tick of each estimate of the recorded run, below 0: never taken; copied  (nreplay)
     const int* replay_tick;

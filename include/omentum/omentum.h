@@ -24,6 +24,7 @@
 #include "omentum/calibrate_tissue.h"
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"
+#include "omentum/dds.h"
 #include "omentum/fem.h"
 #include "omentum/fem_grid.h"
 #include "omentum/heuristic.h"

@@ -13,6 +13,7 @@
 #ifndef OMENTUM_RETRACT_H
 #define OMENTUM_RETRACT_H
 
+#include "omentum/dds.h"
 #include "omentum/loop.h"
 
 #ifdef __cplusplus
@@ -33,6 +34,8 @@ typedef struct OmRetractDef {
     OmStatus (*supervise)(void* ctx, OmLoop* loop);
     void* supervise_ctx;
     struct OmViewServer* server;  // publishes the run (view_server.h); borrowed; default null
+    // A robot over DDS in place of a simulated field; its `site` is set by the run; borrowed; default null
+    const OmDdsWorldDef* robot;
     OmMotionLaw law;      // OmLoopDef.law; not with records_observations; default: straight lines
     bool has_both_arms;   // OmPlannerDef.has_both_arms; default false
     bool needs_approval;  // each plan waits for the person; default false

@@ -101,6 +101,7 @@ struct OmWorld {  // head of every kind of world
     int narm;                      // 1 to OM_MAX_ARM
     unsigned sources;              // OM_OBSERVE_ flags that the world can observe
     const OmPsm* psm[OM_MAX_ARM];  // calibrated kinematics; null: not known
+    bool waits;  // its time stands still between two advances, though it has no snapshots
 };
 
 /// Number of arms: arms of a world are counted from 0.

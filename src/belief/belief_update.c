@@ -40,8 +40,9 @@ OmUpdateDef om_update_default_def(const OmScene* scene, const OmWorld* world, co
                          .scan = om_scan_default_def(om_site_spacing(site)),
                          .space = om_cloud_default_def(world, site),
                          .settings = scene->update,
-                         .timing = om_world_state_size(world) > 0 ? OM_UPDATE_AFTER_LATENCY
-                                                                  : OM_UPDATE_WHEN_READY};
+                         .timing = world->waits || om_world_state_size(world) > 0
+                                       ? OM_UPDATE_AFTER_LATENCY
+                                       : OM_UPDATE_WHEN_READY};
 }
 
 static OmStatus check_def(const OmUpdateDef* def) {

@@ -31,6 +31,9 @@ static const OmCliOption option[] = {
      "an arm may keep its tissue up while the other one grasps and pulls"},
     {"--approve", NULL, NULL, "with --supervise: each plan waits for yes or no"},
     {"--real-time", NULL, NULL, "time passes as on the wall"},
+    {"--world", NULL, "KIND", "simulated; or dds: the robot that answers there, as omentum dvrk",
+     "simulated"},
+    OM_CLI_OPTION_DDS,
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
     {"--record", NULL, NULL,
@@ -196,6 +199,7 @@ OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
     def.needs_approval = s->needs_approval;
     def.has_both_arms = s->has_both_arms;
     def.records_observations = s->records_observations;
+    if (s->has_robot) def.robot = &s->robot;
     if (s->acting) def.law = (OmMotionLaw){s->acting, next_place};
     return def;
 }
@@ -346,6 +350,17 @@ static OmStatus read_settings(const OmCliArgs* args, bool needs_folder, OmCliRet
     return OM_OK;
 }
 
+// Where the run takes place.
+static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
+    const char* kind = get(args, "--world");
+    s->has_robot = kind && strcmp(kind, "dds") == 0;
+    OM_CHECK(!kind || s->has_robot || strcmp(kind, "simulated") == 0, OM_INVALID,
+             "option --world: \"%s\"; it is simulated or dds", kind);
+    if (!s->has_robot) return OM_OK;
+    s->robot = om_dds_world_default_def(&s->scene);
+    return om_cli_dds(args, &s->robot.dds);
+}
+
 static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
     const OmTissueEngine* engine;
     if (!s->has_scene) OM_TRY(om_scene_load(om_cli_positional(args, 0), &s->scene));
@@ -368,6 +383,7 @@ static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
         OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
     }
     if (s->is_defras) OM_TRY(om_retract_use_all(&s->scene));
+    OM_TRY(read_world(args, s));
     const char* plan = get(args, "--plan");
     s->has_preplan = plan != NULL;
     const char* acting = get(args, "--acting");
@@ -449,6 +465,7 @@ const OmCliVerb om_cli_verb_retract = {
         "  omentum retract scenes/belief.yaml --defras -o out/defras\n"
         "  omentum retract scenes/belief.yaml --defras --supervise --approve --real-time -o out/watched\n"
         "  omentum retract scenes/belief.yaml --defras --record -o out/recorded\n"
+        "  omentum retract scenes/belief.yaml --world dds --defras -o out/robot\n"
         "  omentum retract scenes/sheet.yaml --dry-run\n"
         "  omentum retract --example > my.yaml\n"
         "  omentum retract scenes/kidney.yaml --print-scene",

@@ -21,6 +21,8 @@ typedef struct OmCliRetract {
     bool is_defras, has_preplan, needs_approval, has_both_arms;
     OmPreplan preplan;
     OmCliPerson person;
+    bool has_robot;  // --world dds
+    OmDdsWorldDef robot;
     OmRlActing* acting;  // null: straight lines
     bool has_scene;      // `scene` is there: it is not read from the first argument
     bool needs_scene;    // false: only a text is wanted
@@ -28,6 +30,8 @@ typedef struct OmCliRetract {
 
 // Read options and scene. Returns OM_EXIT_OK, or the exit code after a message.
 int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract* s);
+// The options of OM_CLI_OPTION_DDS.
+OmStatus om_cli_dds(const OmCliArgs* args, OmDdsDef* dds);
 // The definition of a run into `dir`.
 OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir);
 // The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
@@ -39,6 +43,11 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
     {                                                                                \
         "--data", NULL, "DIR", "folder that the scene's file names are relative to", \
             "the scene's folder"                                                     \
+    }
+#define OM_CLI_OPTION_DDS                                                                    \
+    {"--domain", NULL, "N", "DDS domain, as ROS_DOMAIN_ID", "0", NULL, 0, 232},              \
+        {"--network", NULL, "NAME", "interface, with multicast", "loopback, without"}, {     \
+        "--peer", NULL, "ADDRESS", "address of a machine, without multicast", "this machine" \
     }
 #define OM_CLI_OPTION_WORKERS \
     { "--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER }

@@ -50,6 +50,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_calibrate,
     &om_cli_verb_calibrate_force,
     &om_cli_verb_demo,
+    &om_cli_verb_dvrk,
     &om_cli_verb_layouts,
     &om_cli_verb_model,
     &om_cli_verb_plan,

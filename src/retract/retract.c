@@ -97,12 +97,18 @@ static OmStatus check_def(const OmRetractDef* def) {
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
-// A simulated world at rest, or the observations of a replay.
+// A simulated world at rest, a robot, or the observations of a replay.
 static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
                             const OmProgress* progress, Setup* s) {
     if (replay) {
         OM_TRY(om_world_create_replayed(replay->log, &s->world));
         return replay->is_settled ? OM_OK : OM_NOT_CONVERGED;
+    }
+    if (def->robot) {
+        OmDdsWorldDef robot = *def->robot;
+        robot.site = &s->twin_site;
+        OM_TRY(om_world_create_dds(&robot, &s->world));
+        return om_world_reset(s->world);
     }
     OM_TRY(om_site_build(def->scene, OM_SITE_WORLD, progress, &s->world_site));
     OM_TRY(om_world_check_visible(def->scene, &s->world_site));

@@ -16,6 +16,7 @@
 #define JAW_SPEED 3.0                        // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
 #define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
+#define SLACK (1 + 1e-9)  // a goal one step away is reached, also where rounding makes it longer
 #define RCM_HEIGHT 0.13   // m over the board
 #define RCM_OUT 0.045     // m beyond the tissue's edge
 #define PARK_HEIGHT 0.07  // m, height of parked tools
@@ -178,7 +179,7 @@ static OmPose step_towards(const ArmState* arm, double dt, bool* is_there) {
     double left = om_norm(way), step = arm->speed * dt;
     double angle = angle_between(arm->tip.q, arm->goal.q), turn = OM_WORLD_MAX_TURN * dt;
     if (angle < SAME_ANGLE) angle = 0;
-    *is_there = left <= step && angle <= turn;
+    *is_there = left <= step && angle <= turn * SLACK;
     if (*is_there) return arm->goal;
     OmPose next = arm->goal;
     double part = left > step ? step / left : 1;  // of the distance that is left

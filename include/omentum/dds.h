@@ -1,0 +1,115 @@
+/// omentum/dds.h: a da Vinci Research Kit over DDS (floor 5): a simulated robot, and a robot as a world.
+///
+/// Topics, types and names are those of ROS 2 and CRTK, so that ROS 2 programs see the arms; ROS is not needed. The
+/// simulated robot serves a world to any client. OmWorld over DDS drives whatever answers on the topics: the simulated
+/// robot of another process, or a real one. doc/dvrk.md has the table of topics.
+///
+///     OmDdsRobotDef def = om_dds_robot_default_def(world, &scene, &site);   // one process
+///     om_dds_robot_create(&def, &robot);
+///     om_dds_robot_run(robot, INFINITY, progress);
+///
+///     OmDdsWorldDef def = om_dds_world_default_def(&scene);                 // another one
+///     om_world_create_dds(&def, &world);
+///     om_world_reset(world);                                                // homes the arms
+///
+/// Links of one process to the same domain share it: destroy the first one last.
+#ifndef OMENTUM_DDS_H
+#define OMENTUM_DDS_H
+
+#include "omentum/scene.h"
+#include "omentum/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmDdsDef {
+    OmCookie cookie;
+    int domain;           // 0 to 232; default 0
+    const char* network;  // interface, with multicast; default null: loopback without multicast
+    const char* peer;     // address that is asked, without multicast; default null
+    // With neither, the environment's CYCLONEDDS_URI is used where it is set.
+} OmDdsDef;
+
+OM_API OmDdsDef om_dds_default_def(void);
+
+// ---- the simulated robot ------------------------------------------------------------------------------------------
+
+typedef struct OmDdsRobotDef {
+    OmCookie cookie;
+    OmDdsDef dds;
+    OmWorld* world;        // simulated, at rest; borrowed
+    const OmScene* scene;  // borrowed, with the site
+    const OmSite* site;
+    double rate;          // Hz, of arms and tissue; default 100, 1 to 1000
+    double picture_rate;  // Hz; default 30; 0: no pictures
+    // Time advances only when a client asks for it (topic omentum/tick); default false: with the wall clock.
+    bool is_lock_step;
+    // error, warning and status as crtk_msgs/StringStamped, as JHU's simulators; default false: std_msgs/String
+    bool has_stamped_strings;
+    void (*say)(void* ctx, const char* sentence);  // events, in words; default null
+    void* say_ctx;
+} OmDdsRobotDef;
+
+OM_API OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* scene,
+                                              const OmSite* site);
+
+typedef struct OmDdsRobot OmDdsRobot;
+
+/// Arms PSM1 and PSM2 at the world's parked poses, disabled.
+/// @return OM_OK; OM_INVALID (a field of the definition); OM_NO_MEMORY; OM_IO (Cyclone DDS refuses: the message says
+///         why)
+OM_API OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot);
+OM_API void om_dds_robot_destroy(OmDdsRobot* robot);
+/// Serve until `seconds` of the world's time have passed, or progress cancels.
+/// @return OM_OK; OM_CANCELLED; OM_IO; errors of om_world_advance and om_world_observe
+OM_API OmStatus om_dds_robot_run(OmDdsRobot* robot, double seconds, const OmProgress* progress);
+
+typedef struct OmDdsReport {
+    int64_t ntick;     // advances of the world
+    int64_t ncommand;  // commands taken
+    int64_t nrefused;  // of them refused
+    double time;       // s, of the world
+    double wall_time;  // s
+    // s between two messages of an arm, by the wall clock; NAN: fewer than two
+    double period_median;
+    double period_99;       // s, below which 99 % of them lie
+    double period_max;      // s
+    int64_t nlate;          // periods longer than one and a half
+    int64_t npicture;       // sent
+    double picture_render;  // s, mean time to render and send one
+} OmDdsReport;
+OM_API OmDdsReport om_dds_robot_report(const OmDdsRobot* robot);
+
+// ---- a robot as a world ----------------------------------------------------------------------------------------
+
+typedef struct OmDdsWorldDef {
+    OmCookie cookie;
+    OmDdsDef dds;
+    const OmScene* scene;  // arms, cameras; borrowed
+    double wait;           // s that the robot may take to answer; default 5
+    double stale;          // s without a measured pose after which motion stops; default 0.1
+    double max_speed;      // m/s, of commands; default 0.25
+    double max_jump;       // m between two measured poses of an arm; default 0.02
+    const OmSite* site;    // where the tissue is; borrowed; default null: tips may be sent anywhere
+    double reach;          // m around the tissue that a tip may be sent to; default 0.15
+    const char* arm[OM_MAX_ARM];  // names; default "PSM1", "PSM2"
+} OmDdsWorldDef;
+
+OM_API OmDdsWorldDef om_dds_world_default_def(const OmScene* scene);
+
+/// A world behind the topics of a robot. It observes the depth camera's PointCloud2, and the endoscope's picture where
+/// there is one; it knows no truth. Each advance sends one goal of the straight motion by servo_cp. With a robot in
+/// lock-step the world's time stands still between two advances (OmWorld.waits).
+///
+/// Motion stops, with an error that every later call repeats: a measured pose older than `stale`, or further than
+/// `max_jump` from the last one; an arm that is not enabled and homed any more, or reports an error; a robot that is
+/// gone.
+/// @return OM_OK; OM_INVALID (a field); OM_UNAVAILABLE (a topic without an answer: the message names it and remedies);
+///         OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_world_create_dds(const OmDdsWorldDef* def, OmWorld** world);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

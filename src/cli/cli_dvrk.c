@@ -1,0 +1,132 @@
+// cli_dvrk.c: omentum dvrk: a simulated da Vinci Research Kit on the topics of ROS 2.
+#include <math.h>
+
+#include "cli_retract.h"
+
+static const OmCliOption option[] = {
+    OM_CLI_OPTION_DDS,
+    {"--time", NULL, "S", "end after S seconds of the simulated field", "until Ctrl-C", "s", 1e-3,
+     1e9},
+    {"--rate", NULL, "HZ", "messages of the arms and steps of the tissue in a second", "100", "Hz",
+     1, 1000},
+    {"--pictures", NULL, "HZ", "pictures and clouds in a second, while somebody reads them", "30",
+     "Hz", 0, 1000},
+    {"--lock-step", NULL, NULL, "time advances only with omentum retract --world dds"},
+    {"--stamped-strings", NULL, NULL,
+     "error, warning and status are crtk_msgs/StringStamped, as in JHU's simulators"},
+    OM_CLI_OPTION_DATA,
+    {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
+    OM_CLI_OPTION_WORKERS,
+    OM_CLI_OPTION_QUIET,
+};
+
+static const OmCliKey result_key[] = {
+    {"time_s", "of the simulated field"},
+    {"wall_s", "of the wall clock"},
+    {"commands", "taken"},
+    {"refused", "of them refused"},
+    {"period_median_ms", "between two messages of an arm, by the wall clock"},
+    {"period_99_ms", "99 % of the periods are below"},
+    {"period_max_ms", "the longest"},
+    {"late", "periods longer than one and a half"},
+    {"pictures", "sent"},
+    {"picture_ms", "mean to render and send one"},
+};
+
+OmStatus om_cli_dds(const OmCliArgs* args, OmDdsDef* dds) {
+    *dds = om_dds_default_def();
+    dds->network = om_cli_get(args, "--network");
+    dds->peer = om_cli_get(args, "--peer");
+    return om_cli_int(args, "--domain", &dds->domain);
+}
+
+static void say(void* ctx, const char* sentence) {
+    (void)ctx;
+    fprintf(stderr, "%s\n", sentence);
+}
+
+static void print_report(const OmDdsRobot* robot, double rate) {
+    const OmDdsReport r = om_dds_robot_report(robot);
+    printf("%.1f s of the field in %.1f s; %lld commands, %lld refused\n", r.time, r.wall_time,
+           (long long)r.ncommand, (long long)r.nrefused);
+    if (isfinite(r.period_median))
+        printf(
+            "  arms: a message every %.1f ms (median; %.1f ms wanted), 99 %% within %.1f ms, the longest %.1f "
+            "ms; %lld of %lld late\n",
+            1e3 * r.period_median, 1e3 / rate, 1e3 * r.period_99, 1e3 * r.period_max,
+            (long long)r.nlate, (long long)r.ntick);
+    if (r.npicture > 0)
+        printf("  pictures: %lld, %.1f ms each\n", (long long)r.npicture, 1e3 * r.picture_render);
+    om_cli_figure("time_s", r.time);
+    om_cli_figure("wall_s", r.wall_time);
+    om_cli_figure("commands", (double)r.ncommand);
+    om_cli_figure("refused", (double)r.nrefused);
+    om_cli_figure("period_median_ms", 1e3 * r.period_median);
+    om_cli_figure("period_99_ms", 1e3 * r.period_99);
+    om_cli_figure("period_max_ms", 1e3 * r.period_max);
+    om_cli_figure("late", (double)r.nlate);
+    om_cli_figure("pictures", (double)r.npicture);
+    om_cli_figure("picture_ms", 1e3 * r.picture_render);
+}
+
+// Build the field, let it come to rest, serve it.
+static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
+    OmSite site = {0};
+    OmWorld* world = NULL;
+    OmDdsRobot* robot = NULL;
+    double seconds = INFINITY;
+    const OmProgress* progress = om_cli_progress(true);
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_cli_double(args, "--time", &seconds));
+    OM_TRY_DONE(om_site_build(&s->scene, OM_SITE_WORLD, progress, &site));
+    OM_TRY_DONE(om_world_create_simulated(&s->scene, &site, s->nworker, &world));
+    OM_TRY_DONE(om_world_reset(world));
+    OmDdsRobotDef def = om_dds_robot_default_def(world, &s->scene, &site);
+    OM_TRY_DONE(om_cli_dds(args, &def.dds));
+    OM_TRY_DONE(om_cli_double(args, "--rate", &def.rate));
+    OM_TRY_DONE(om_cli_double(args, "--pictures", &def.picture_rate));
+    def.is_lock_step = om_cli_get(args, "--lock-step") != NULL;
+    def.has_stamped_strings = om_cli_get(args, "--stamped-strings") != NULL;
+    if (!s->is_quiet) def.say = say;
+    OM_TRY_DONE(om_dds_robot_create(&def, &robot));
+    printf("%s, layout %d: PSM1%s on domain %d; Ctrl-C ends the program\n", s->scene.name,
+           s->scene.seed, om_world_narm(world) > 1 ? " and PSM2" : "", def.dds.domain);
+    fflush(stdout);
+    status = om_dds_robot_run(robot, seconds, progress);
+    if (status >= 0 || status == OM_CANCELLED) print_report(robot, def.rate);
+done:
+    om_dds_robot_destroy(robot);
+    om_world_destroy(world);
+    om_site_done(&site);
+    return status;
+}
+
+static int om_cli_dvrk(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    OmCliRetract s = {.verb = "dvrk"};
+    const int code = om_cli_retract_begin(&args, false, &s);
+    if (code != OM_EXIT_OK) return code;
+    const OmStatus status = serve(&args, &s);
+    return status >= 0 || status == OM_CANCELLED ? OM_EXIT_OK : om_cli_fail("dvrk", status);
+}
+
+const OmCliVerb om_cli_verb_dvrk = {
+    .name = "dvrk",
+    .run = om_cli_dvrk,
+    .summary = "serve a scene as a da Vinci Research Kit, over DDS, for any CRTK client",
+    .usage = "omentum dvrk SCENE.yaml [options]",
+    .about =
+        "PSM1 and PSM2 over the tissue of a scene, with a camera and a depth camera, on the topics and types of\n"
+        "ROS 2 and CRTK: operating_state, measured_cp, servo_cp, move_cp, jaw/servo_jp and the others of doc/dvrk.md.\n"
+        "ROS is not needed. A jaw that closes on tissue grasps it, and the tissue follows the arm. Arms begin\n"
+        "disabled: send state_command \"home\". By default only this machine is reached, without multicast; with\n"
+        "--network or --peer others are. CYCLONEDDS_URI is used where it is set and neither is given.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum dvrk scenes/sheet.yaml\n"
+               "  omentum dvrk scenes/belief.yaml --domain 7 --time 60\n"
+               "  omentum dvrk scenes/belief.yaml --lock-step\n"
+               "  omentum dvrk scenes/sheet.yaml --network eth0",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

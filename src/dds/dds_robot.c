@@ -1,0 +1,685 @@
+// dds_robot.c: the simulated robot: a world behind the topics of a da Vinci Research Kit.
+//
+//   topics --take_commands--> Arm (dds_arm.c) --om__arm_step--> om_world_move, om_world_advance
+//                                                                      |
+//   topics <------publish_arms, publish_pictures------ om_world_observe
+//
+// One tick is one step of the world. By the wall clock there are `rate` of them in a second; in lock-step a tick is
+// made when a client asks for it, once its commands are there: topics have no order between each other, so the tick
+// says how many commands it follows. Of several commands on one topic the last one wins, as with the robot's queues of
+// one; state commands are obeyed in order. state_command is read without durability: the usual client publishes it
+// latched, and an old "enable" would come again.
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+#include <time.h>
+
+#include "dds/dds_arm.h"
+
+#define COOKIE 0xdd5002u
+#define SILENCE 5.0    // s without a reader after which the robot says so
+#define BEAT 0.1       // s between two messages while a lock-step stands still
+#define NBIN 2000      // of the histogram of periods
+#define BIN 1e-4       // s
+#define FAST 1e3       // m/s: the world reaches the setpoint within the step
+#define WORLD "world"  // the frame of all poses but the local ones
+
+typedef struct Hand {  // an arm with its topics
+    Arm core;
+    char name[16];
+    int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, jaw_servo, jaw_move;
+    int measured_js, setpoint_js, measured_cp, setpoint_cp, local_measured, local_setpoint;
+    int jaw_measured, jaw_setpoint, body_cf, spatial_cf;
+    int state, error, warning, status, tool_type;
+    double last_q[OM_PSM_NJOINT];
+    bool has_last, was_busy;
+} Hand;
+
+typedef struct Eye {  // a camera with its topics
+    const char* frame;
+    OmCamera camera;
+    int info, image, cloud;  // cloud of the depth camera
+} Eye;
+
+struct OmDdsRobot {
+    OmDdsRobotDef def;
+    Link* link;
+    Hand hand[OM_MAX_ARM];
+    int narm, nend;
+    Eye endoscope, depth;
+    int clock, tf, tf_static, tick_in, tick_out;
+    float* slope;          // of the depth camera's rays: x / z and y / z  (npixel x 2)
+    unsigned char* bytes;  // of a cloud
+    OmObservation obs;
+    double stamp_origin;  // s of the epoch at the world's time 0; 0 in lock-step
+    double next_picture;  // s of the world
+    // of the client in lock-step: its number, commands since its first tick
+    uint32_t client, ntaken;
+    LinkMessage tick;  // that waits for its commands
+    bool has_tick, has_readers, has_said_silent;
+    double begun;      // s of the wall clock
+    double last_sent;  //
+    double render;     // s, all pictures
+    OmDdsReport report;
+    int bin[NBIN];
+};
+
+OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* scene, const OmSite* site) {
+    return (OmDdsRobotDef){.cookie = COOKIE,
+                           .dds = om_dds_default_def(),
+                           .world = world,
+                           .scene = scene,
+                           .site = site,
+                           .rate = 100,
+                           .picture_rate = 30};
+}
+
+static void say(OmDdsRobot* r, const char* format, ...) OM_PRINTF(2, 3);
+static void say(OmDdsRobot* r, const char* format, ...) {
+    char text[400];
+    va_list args;
+    if (!r->def.say) return;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    r->def.say(r->def.say_ctx, text);
+}
+
+static double stamp(const OmDdsRobot* r) { return r->stamp_origin + r->obs.time; }
+
+// ---- topics -------------------------------------------------------------------------------------------------------
+
+typedef struct Topic {
+    size_t offset;  // of the id in its struct
+    unsigned flags;
+    LinkType type;
+    const char* name;
+    int depth;
+} Topic;
+
+#define IN(field, type, name) \
+    { offsetof(Hand, field), LINK_IN, type, name, 10 }
+#define OUT(field, type, name) \
+    { offsetof(Hand, field), LINK_OUT, type, name, 5 }
+static const Topic hand_topic[] = {
+    IN(state_command, LINK_STAMPED, "state_command"),
+    IN(servo_cp, LINK_POSE, "servo_cp"),
+    IN(servo_jp, LINK_JOINTS, "servo_jp"),
+    IN(move_cp, LINK_POSE, "move_cp"),
+    IN(move_jp, LINK_JOINTS, "move_jp"),
+    IN(hold, LINK_EMPTY, "hold"),
+    IN(jaw_servo, LINK_JOINTS, "jaw/servo_jp"),
+    IN(jaw_move, LINK_JOINTS, "jaw/move_jp"),
+    OUT(measured_js, LINK_JOINTS, "measured_js"),
+    OUT(setpoint_js, LINK_JOINTS, "setpoint_js"),
+    OUT(measured_cp, LINK_POSE, "measured_cp"),
+    OUT(setpoint_cp, LINK_POSE, "setpoint_cp"),
+    OUT(local_measured, LINK_POSE, "local/measured_cp"),
+    OUT(local_setpoint, LINK_POSE, "local/setpoint_cp"),
+    OUT(jaw_measured, LINK_JOINTS, "jaw/measured_js"),
+    OUT(jaw_setpoint, LINK_JOINTS, "jaw/setpoint_js"),
+    OUT(body_cf, LINK_WRENCH, "body/measured_cf"),
+    OUT(spatial_cf, LINK_WRENCH, "spatial/measured_cf"),
+    {offsetof(Hand, state), LINK_OUT | LINK_LATCHED, LINK_STATE, "operating_state", 10},
+    {offsetof(Hand, tool_type), LINK_OUT | LINK_LATCHED, LINK_STRING, "tool_type", 1},
+    OUT(error, LINK_STRING, "error"),
+    OUT(warning, LINK_STRING, "warning"),
+    OUT(status, LINK_STRING, "status"),
+};
+
+static OmStatus add_topics(OmDdsRobot* r, Hand* hand) {
+    char name[80];
+    for (size_t k = 0; k < sizeof hand_topic / sizeof *hand_topic; ++k) {
+        const Topic* t = &hand_topic[k];
+        int* id = (int*)(void*)((char*)hand + t->offset);
+        LinkType type = t->type;
+        const bool is_words = id == &hand->error || id == &hand->warning || id == &hand->status;
+        if (is_words && r->def.has_stamped_strings) type = LINK_STAMPED;
+        snprintf(name, sizeof name, "%s/%s", hand->name, t->name);
+        OM_TRY(om__link_add(r->link, t->flags, type, name, t->depth, id));
+    }
+    return OM_OK;
+}
+
+static OmStatus add_eye(OmDdsRobot* r, Eye* eye, const char* name, bool has_cloud) {
+    char topic[80];
+    eye->frame = has_cloud ? "depth_optical" : "endoscope_optical";
+    eye->cloud = -1;
+    snprintf(topic, sizeof topic, "%s/camera_info", name);
+    OM_TRY(om__link_add(r->link, LINK_OUT, LINK_INFO, topic, 1, &eye->info));
+    snprintf(topic, sizeof topic, "%s/image_raw", name);
+    OM_TRY(om__link_add(r->link, LINK_OUT, LINK_IMAGE, topic, 2, &eye->image));
+    if (!has_cloud) return OM_OK;
+    snprintf(topic, sizeof topic, "%s/points", name);
+    return om__link_add(r->link, LINK_OUT, LINK_CLOUD, topic, 2, &eye->cloud);
+}
+
+static OmStatus add_all(OmDdsRobot* r) {
+    for (int a = 0; a < r->narm; ++a) OM_TRY(add_topics(r, &r->hand[a]));
+    OM_TRY(add_eye(r, &r->endoscope, "endoscope", false));
+    OM_TRY(add_eye(r, &r->depth, "depth", true));
+    OM_TRY(om__link_add(r->link, LINK_OUT, LINK_CLOCK, "clock", 1, &r->clock));
+    OM_TRY(om__link_add(r->link, LINK_OUT, LINK_TF, "tf", 10, &r->tf));
+    OM_TRY(om__link_add(r->link, LINK_OUT | LINK_LATCHED, LINK_TF, "tf_static", 1, &r->tf_static));
+    r->tick_in = r->tick_out = -1;
+    if (!r->def.is_lock_step) return OM_OK;
+    OM_TRY(om__link_add(r->link, LINK_OUT, LINK_TOCK, "omentum/tock", 10, &r->tick_out));
+    return om__link_add(r->link, LINK_IN, LINK_TICK, "omentum/tick", 10, &r->tick_in);
+}
+
+// ---- messages to others -------------------------------------------------------------------------------------------
+
+// Only where somebody listens.
+static OmStatus send(OmDdsRobot* r, int id, const LinkMessage* m) {
+    return om__link_count(r->link, id) > 0 ? om__link_write(r->link, id, m) : OM_OK;
+}
+
+static LinkMessage message_in(const OmDdsRobot* r, const char* frame) {
+    LinkMessage m = {.time = stamp(r)};
+    snprintf(m.frame, sizeof m.frame, "%s", frame);
+    return m;
+}
+
+static OmStatus send_words(OmDdsRobot* r, int id, const char* words) {
+    LinkMessage m = message_in(r, "");
+    snprintf(m.text, sizeof m.text, "%s", words);
+    return om__link_write(r->link, id, &m);
+}
+
+static OmStatus send_state(OmDdsRobot* r, Hand* hand) {
+    LinkMessage m = message_in(r, hand->name);
+    snprintf(m.state.name, sizeof m.state.name, "%s", om__arm_mode_name(hand->core.mode));
+    m.state.is_homed = hand->core.is_homed;
+    m.state.is_busy = hand->was_busy = hand->core.motion == ARM_MOVE;
+    return om__link_write(r->link, hand->state, &m);
+}
+
+// A command that is refused changes nothing; its sender reads why.
+static OmStatus refuse(OmDdsRobot* r, Hand* hand, int topic) {
+    char words[256];
+    ++r->report.nrefused;
+    snprintf(words, sizeof words, "%s refused: %s", om__link_name(r->link, topic),
+             om_error_message());
+    say(r, "%s", words);
+    return send_words(r, hand->warning, words);
+}
+
+static LinkMessage joints_message(const OmDdsRobot* r, int n, const double* position,
+                                  const double* velocity) {
+    LinkMessage m = message_in(r, "");
+    LinkJoints* j = &m.joints;
+    j->nname = j->nposition = n;
+    j->nvelocity = velocity ? n : 0;
+    for (int i = 0; i < n; ++i) {
+        snprintf(j->name[i], sizeof j->name[i], "%s", n == 1 ? "jaw" : om__arm_joint_name(i));
+        j->position[i] = position[i];
+        if (velocity) j->velocity[i] = velocity[i];
+    }
+    return m;
+}
+
+static OmStatus send_pose(OmDdsRobot* r, int id, const char* frame, OmPose pose) {
+    LinkMessage m = message_in(r, frame);
+    m.pose = pose;
+    return send(r, id, &m);
+}
+
+static OmStatus send_forces(OmDdsRobot* r, Hand* hand, const OmArmObservation* o) {
+    if (!o->has_wrench) return OM_OK;
+    const OmQuat back = om_quat_conj(o->tip.q);
+    LinkMessage m = message_in(r, WORLD);
+    m.wrench.force = o->force, m.wrench.torque = o->torque;
+    OM_TRY(send(r, hand->spatial_cf, &m));
+    m = message_in(r, hand->name);
+    m.wrench.force = om_quat_rotate(back, o->force);
+    m.wrench.torque = om_quat_rotate(back, o->torque);
+    return send(r, hand->body_cf, &m);
+}
+
+static OmStatus send_joints(OmDdsRobot* r, Hand* hand, const OmArmObservation* o, double dt) {
+    double speed[OM_PSM_NJOINT] = {0};
+    for (int i = 0; hand->has_last && dt > 0 && i < OM_PSM_NJOINT; ++i)
+        speed[i] = (o->q[i] - hand->last_q[i]) / dt;
+    memcpy(hand->last_q, o->q, sizeof hand->last_q);
+    hand->has_last = true;
+    LinkMessage m = joints_message(r, OM_PSM_NJOINT, o->q, speed);
+    OM_TRY(send(r, hand->measured_js, &m));
+    m = joints_message(r, OM_PSM_NJOINT, hand->core.q, NULL);
+    OM_TRY(send(r, hand->setpoint_js, &m));
+    m = joints_message(r, 1, &o->jaw, &o->jaw_speed);
+    OM_TRY(send(r, hand->jaw_measured, &m));
+    m = joints_message(r, 1, &o->jaw_goal, NULL);
+    return send(r, hand->jaw_setpoint, &m);
+}
+
+static OmStatus publish_arm(OmDdsRobot* r, int a, double dt) {
+    Hand* hand = &r->hand[a];
+    const OmArmObservation* o = &r->obs.arm[a];
+    const OmPose back = om_pose_inverse(hand->core.psm.pose_world_rcm);
+    char base[32];
+    snprintf(base, sizeof base, "%s_base", hand->name);
+    OM_TRY(send_joints(r, hand, o, dt));
+    OM_TRY(send_pose(r, hand->measured_cp, WORLD, o->tip));
+    OM_TRY(send_pose(r, hand->setpoint_cp, WORLD, hand->core.setpoint));
+    OM_TRY(send_pose(r, hand->local_measured, base, om_pose_mul(back, o->tip)));
+    OM_TRY(send_pose(r, hand->local_setpoint, base, om_pose_mul(back, hand->core.setpoint)));
+    return send_forces(r, hand, o);
+}
+
+static void add_frame(LinkMessage* m, const char* child, OmPose pose_world_child) {
+    LinkFrame* f = &m->tf.frame[m->tf.n++];
+    snprintf(f->parent, sizeof f->parent, "%s", WORLD);
+    snprintf(f->child, sizeof f->child, "%s", child);
+    f->pose = pose_world_child;
+}
+
+static void count_period(OmDdsRobot* r) {
+    const double now = om_clock_now(), period = now - r->last_sent;
+    if (r->last_sent > 0) {
+        const double bin = period / BIN;
+        ++r->bin[bin < NBIN - 1 ? (int)bin : NBIN - 1];
+        r->report.nlate += period > 1.5 / r->def.rate;
+        r->report.period_max = fmax(r->report.period_max, period);
+    }
+    r->last_sent = now;
+}
+
+static OmStatus publish_arms(OmDdsRobot* r, double dt) {
+    LinkMessage m = message_in(r, "");
+    OM_TRY(om__link_write(r->link, r->clock, &m));
+    for (int a = 0; a < r->narm; ++a) {
+        add_frame(&m, r->hand[a].name, r->obs.arm[a].tip);
+        OM_TRY(publish_arm(r, a, dt));
+    }
+    return send(r, r->tf, &m);
+}
+
+static OmStatus publish_info(OmDdsRobot* r) {
+    const Eye* eyes[2] = {&r->endoscope, &r->depth};
+    for (int k = 0; k < 2; ++k) {
+        LinkMessage m = message_in(r, eyes[k]->frame);
+        m.info.width = eyes[k]->camera.width;
+        m.info.height = eyes[k]->camera.height;
+        m.info.lens = om_camera_lens(&eyes[k]->camera);
+        OM_TRY(send(r, eyes[k]->info, &m));
+    }
+    return OM_OK;
+}
+
+static OmStatus publish_static(OmDdsRobot* r) {
+    LinkMessage m = message_in(r, "");
+    char base[32];
+    for (int a = 0; a < r->narm; ++a) {
+        snprintf(base, sizeof base, "%s_base", r->hand[a].name);
+        add_frame(&m, base, r->hand[a].core.psm.pose_world_rcm);
+    }
+    add_frame(&m, r->endoscope.frame, r->endoscope.camera.pose_world_camera);
+    add_frame(&m, r->depth.frame, r->depth.camera.pose_world_camera);
+    OM_TRY(om__link_write(r->link, r->tf_static, &m));
+    for (int a = 0; a < r->narm; ++a) {
+        OM_TRY(send_state(r, &r->hand[a]));
+        OM_TRY(send_words(r, r->hand[a].tool_type, "PROGRASP_FORCEPS:400093"));
+    }
+    return OM_OK;
+}
+
+// ---- pictures -----------------------------------------------------------------------------------------------------
+
+enum { POINT = 16 };  // bytes: x, y, z, rgb
+
+// x / z and y / z of the ray of each pixel.
+static OmStatus make_slopes(OmDdsRobot* r) {
+    const OmCamera* c = &r->depth.camera;
+    const OmQuat back = om_quat_conj(c->pose_world_camera.q);
+    const size_t n = (size_t)c->width * (size_t)c->height;
+    OM_ALLOC(r->slope, 2 * n);
+    OM_ALLOC(r->bytes, POINT * n);
+    for (int row = 0, i = 0; row < c->height; ++row)
+        for (int column = 0; column < c->width; ++column, ++i) {
+            const OmVec3 ray = om_quat_rotate(back, om_camera_ray(c, column + 0.5, row + 0.5));
+            r->slope[2 * i] = (float)(ray.z > 0 ? ray.x / ray.z : 0);
+            r->slope[2 * i + 1] = (float)(ray.z > 0 ? ray.y / ray.z : 0);
+        }
+    return OM_OK;
+}
+
+static uint32_t color_of(const OmPicture* color, int i) {
+    const unsigned char* c = color->pixel + (size_t)color->nchannel * (size_t)i;
+    return color->nchannel == 3 ? (uint32_t)c[0] << 16 | (uint32_t)c[1] << 8 | c[2]
+                                : 0x10101u * c[0];
+}
+
+// A point for each pixel, in rows; NaN where there is no depth. z is the depth to the last bit.
+static OmStatus send_cloud(OmDdsRobot* r, const OmDepthPicture* p) {
+    const int n = p->camera.width * p->camera.height;
+    for (int i = 0; i < n; ++i) {
+        const float z = p->depth[i] > 0 && isfinite(p->depth[i]) ? p->depth[i] : NAN;
+        const float xyz[3] = {z * r->slope[2 * i], z * r->slope[2 * i + 1], z};
+        const uint32_t rgb = p->color.pixel ? color_of(&p->color, i) : 0;
+        memcpy(r->bytes + POINT * (size_t)i, xyz, sizeof xyz);
+        memcpy(r->bytes + POINT * (size_t)i + 12, &rgb, sizeof rgb);
+    }
+    LinkMessage m = message_in(r, r->depth.frame);
+    m.picture = (LinkPicture){.width = p->camera.width,
+                              .height = p->camera.height,
+                              .point_step = POINT,
+                              .step = POINT * p->camera.width,
+                              .x = 0,
+                              .y = 4,
+                              .z = 8,
+                              .rgb = p->color.pixel ? 12 : -1,
+                              .data = r->bytes,
+                              .size = POINT * (size_t)n};
+    return om__link_write(r->link, r->depth.cloud, &m);
+}
+
+static OmStatus send_image(OmDdsRobot* r, const Eye* eye, int width, int height,
+                           const char* encoding, int nbyte, const void* data) {
+    LinkMessage m = message_in(r, eye->frame);
+    m.picture = (LinkPicture){.width = width,
+                              .height = height,
+                              .step = nbyte * width,
+                              .data = data,
+                              .size = (size_t)nbyte * (size_t)width * (size_t)height};
+    snprintf(m.picture.encoding, sizeof m.picture.encoding, "%s", encoding);
+    return om__link_write(r->link, eye->image, &m);
+}
+
+// Render and send OM_OBSERVE_ flags `what`.
+static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
+    const double start = om_clock_now();
+    what &=
+        om_world_sources(r->def.world) & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    if (!what) return OM_OK;
+    OM_TRY(om_world_observe(r->def.world, what, &r->obs));
+    const OmPicture* color = &r->obs.endoscope.color;
+    const OmDepthPicture* depth = &r->obs.rgbd;
+    if (color->pixel)
+        OM_TRY(send_image(r, &r->endoscope, color->width, color->height,
+                          color->nchannel == 3 ? "rgb8" : "mono8", color->nchannel, color->pixel));
+    if (depth->depth && om__link_count(r->link, r->depth.image) > 0)
+        OM_TRY(send_image(r, &r->depth, depth->camera.width, depth->camera.height, "32FC1", 4,
+                          depth->depth));
+    if (depth->depth) OM_TRY(send_cloud(r, depth));
+    ++r->report.npicture;
+    r->render += om_clock_now() - start;
+    return OM_OK;
+}
+
+// What the readers of pictures want.
+static unsigned wanted_pictures(const OmDdsRobot* r) {
+    unsigned what = 0;
+    if (om__link_count(r->link, r->endoscope.image) > 0) what |= OM_OBSERVE_IMAGE;
+    if (om__link_count(r->link, r->depth.image) > 0) what |= OM_OBSERVE_DEPTH;
+    if (om__link_count(r->link, r->depth.cloud) > 0) what |= OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    return what;
+}
+
+// ---- commands -----------------------------------------------------------------------------------------------------
+
+// The last message of a topic; all are counted.
+static bool take_last(OmDdsRobot* r, int id, LinkMessage* m) {
+    bool is_there = false;
+    while (om__link_take(r->link, id, m)) {
+        is_there = true;
+        ++r->ntaken;
+        ++r->report.ncommand;
+    }
+    return is_there;
+}
+
+static OmStatus take_states(OmDdsRobot* r, Hand* hand) {
+    LinkMessage m;
+    while (om__link_take(r->link, hand->state_command, &m)) {
+        ++r->ntaken;
+        ++r->report.ncommand;
+        if (om__arm_command(&hand->core, m.text) < 0) {
+            OM_TRY(refuse(r, hand, hand->state_command));
+            continue;
+        }
+        say(r, "%s: %s: %s%s", hand->name, m.text, om__arm_mode_name(hand->core.mode),
+            hand->core.is_homed ? ", homed" : "");
+        OM_TRY(send_words(r, hand->status, om__arm_mode_name(hand->core.mode)));
+        OM_TRY(send_state(r, hand));
+    }
+    return OM_OK;
+}
+
+static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
+    Arm* arm = &hand->core;
+    const double time = r->obs.time;
+    LinkMessage m;
+    OM_TRY(take_states(r, hand));
+    if (take_last(r, hand->servo_jp, &m) && om__arm_servo_jp(arm, time, &m.joints) < 0)
+        OM_TRY(refuse(r, hand, hand->servo_jp));
+    if (take_last(r, hand->servo_cp, &m) && om__arm_servo_cp(arm, time, m.pose) < 0)
+        OM_TRY(refuse(r, hand, hand->servo_cp));
+    if (take_last(r, hand->move_jp, &m) && om__arm_move_jp(arm, time, &m.joints) < 0)
+        OM_TRY(refuse(r, hand, hand->move_jp));
+    if (take_last(r, hand->move_cp, &m) && om__arm_move_cp(arm, time, m.pose) < 0)
+        OM_TRY(refuse(r, hand, hand->move_cp));
+    if (take_last(r, hand->hold, &m)) om__arm_hold(arm);
+    if (take_last(r, hand->jaw_servo, &m) && om__arm_jaw(arm, &m.joints) < 0)
+        OM_TRY(refuse(r, hand, hand->jaw_servo));
+    if (take_last(r, hand->jaw_move, &m) && om__arm_jaw(arm, &m.joints) < 0)
+        OM_TRY(refuse(r, hand, hand->jaw_move));
+    return OM_OK;
+}
+
+static OmStatus take_commands(OmDdsRobot* r) {
+    for (int a = 0; a < r->narm; ++a) OM_TRY(take_hand(r, &r->hand[a]));
+    return OM_OK;
+}
+
+// ---- ticks --------------------------------------------------------------------------------------------------------
+
+static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
+    Hand* hand = &r->hand[a];
+    if (om__arm_step(&hand->core, r->obs.time, dt))
+        OM_TRY(om_world_move(r->def.world, a, hand->core.setpoint, FAST));
+    return om_world_set_jaw(r->def.world, a, hand->core.jaw_goal);
+}
+
+static OmStatus advance(OmDdsRobot* r, double dt) {
+    for (int a = 0; a < r->narm; ++a) OM_TRY(move_hand(r, a, dt));
+    OM_TRY(om_world_advance(r->def.world, dt));
+    OM_TRY(om_world_observe(r->def.world, 0, &r->obs));
+    ++r->report.ntick;
+    for (int a = 0; a < r->narm; ++a) {
+        Hand* hand = &r->hand[a];
+        if (hand->was_busy != (hand->core.motion == ARM_MOVE)) OM_TRY(send_state(r, hand));
+    }
+    OM_TRY(publish_arms(r, dt));
+    count_period(r);
+    return OM_OK;
+}
+
+// ROS programs that speak another protocol than DDS hear nothing, without a word.
+static void watch_readers(OmDdsRobot* r) {
+    int n = 0;
+    for (int a = 0; a < r->narm; ++a)
+        n += om__link_count(r->link, r->hand[a].measured_cp) +
+             om__link_count(r->link, r->hand[a].measured_js);
+    if (n > 0 && !r->has_readers) say(r, "a client reads the arms");
+    if (n == 0 && r->has_readers)
+        say(r, "no client reads the arms any more; they stop where they are");
+    r->has_readers = n > 0;
+    if (n > 0) r->has_said_silent = true;
+    if (n > 0 || r->has_said_silent || om_clock_now() - r->begun < SILENCE) return;
+    r->has_said_silent = true;
+    say(r,
+        "no client reads the arms after %.0f s. ROS 2 with rmw_zenoh hears nothing of DDS: set "
+        "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp or rmw_fastrtps_cpp there, and the same "
+        "ROS_DOMAIN_ID (here %d)",
+        SILENCE, r->def.dds.domain);
+}
+
+static void wait_until(double time) {
+    const double left = time - om_clock_now();
+    if (left <= 0) return;
+    const struct timespec t = {(time_t)left, (long)(1e9 * (left - floor(left)))};
+    nanosleep(&t, NULL);
+}
+
+static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progress) {
+    const double dt = 1 / r->def.rate;
+    double next = om_clock_now() + dt;
+    while (r->obs.time < end - 0.5 * dt) {
+        OM_TRY(om_progress_report(progress, "dvrk", r->obs.time, end));
+        wait_until(next);
+        OM_TRY(take_commands(r));
+        OM_TRY(advance(r, dt));
+        if (r->def.picture_rate > 0 && r->obs.time >= r->next_picture) {
+            OM_TRY(publish_info(r));
+            OM_TRY(publish_pictures(r, wanted_pictures(r)));
+            r->next_picture = fmax(r->next_picture + 1 / r->def.picture_rate, r->obs.time);
+        }
+        watch_readers(r);
+        next += dt;
+        if (om_clock_now() - next > 0.1) next = om_clock_now();  // slower than time: no hurry after
+    }
+    return OM_OK;
+}
+
+// A tick: advance, send what is wanted, answer. An error of the world ends the robot; the client reads it first.
+static OmStatus make_tick(OmDdsRobot* r) {
+    LinkMessage answer = r->tick;
+    OmStatus status = OM_OK;
+    r->has_tick = false;
+    if (r->tick.tick.dt > 0)
+        status = advance(r, r->tick.tick.dt);
+    else
+        status = publish_arms(r, 0);
+    if (status >= 0) status = publish_pictures(r, r->tick.tick.what);
+    answer.time = r->obs.time;
+    answer.tick.error[0] = 0;
+    if (status < 0) snprintf(answer.tick.error, sizeof answer.tick.error, "%s", om_error_message());
+    OM_TRY(om__link_write(r->link, r->tick_out, &answer));
+    return status;
+}
+
+static OmStatus take_tick(OmDdsRobot* r) {
+    if (!r->has_tick && om__link_take(r->link, r->tick_in, &r->tick)) {
+        r->has_tick = isfinite(r->tick.tick.dt) && r->tick.tick.dt < 1;
+        if (r->tick.tick.client != r->client) {
+            say(r, "a client makes the ticks");
+            r->client = r->tick.tick.client;
+            r->ntaken = 0;
+        }
+    }
+    return r->has_tick && r->ntaken >= r->tick.tick.ncommand ? make_tick(r) : OM_OK;
+}
+
+static OmStatus run_in_lock_step(OmDdsRobot* r, double end, const OmProgress* progress) {
+    double last = om_clock_now();
+    while (r->obs.time < end) {
+        const int64_t before = r->report.ntick;
+        OM_TRY(om_progress_report(progress, "dvrk", r->obs.time, end));
+        om__link_wait(r->link, BEAT);
+        OM_TRY(take_commands(r));
+        OM_TRY(take_tick(r));
+        watch_readers(r);
+        const double now = om_clock_now();
+        if (before != r->report.ntick) last = now;
+        if (now - last < BEAT) continue;
+        // clients give up on a robot that is silent
+        OM_TRY(publish_info(r));
+        OM_TRY(publish_arms(r, 0));
+        last = now;
+    }
+    return OM_OK;
+}
+
+OmStatus om_dds_robot_run(OmDdsRobot* robot, double seconds, const OmProgress* progress) {
+    const double end = robot->obs.time + seconds;
+    return robot->def.is_lock_step ? run_in_lock_step(robot, end, progress)
+                                   : run_by_clock(robot, end, progress);
+}
+
+// ---- creation -----------------------------------------------------------------------------------------------------
+
+static OmStatus check_def(const OmDdsRobotDef* def) {
+    OM_CHECK(def->cookie == COOKIE, OM_INVALID, "OmDdsRobotDef was not made by default_def");
+    OM_CHECK(def->world && def->scene && def->site, OM_INVALID,
+             "OmDdsRobotDef: world, scene or site is null");
+    OM_CHECK(def->rate >= 1 && def->rate <= 1000, OM_INVALID,
+             "OmDdsRobotDef.rate is %g Hz; 1 to 1000", def->rate);
+    OM_CHECK(def->picture_rate >= 0 && def->picture_rate <= 1000, OM_INVALID,
+             "OmDdsRobotDef.picture_rate is %g Hz; 0 to 1000", def->picture_rate);
+    return OM_OK;
+}
+
+static OmStatus begin_hand(OmDdsRobot* r, int a) {
+    const OmPsm psm = om_world_place_psm(r->def.site, a);
+    const OmPose tip = om_world_place_tip(r->def.site, a);
+    const double zero[OM_PSM_NJOINT] = {0};
+    double q[OM_PSM_NJOINT];
+    snprintf(r->hand[a].name, sizeof r->hand[a].name, "PSM%d", a + 1);
+    OM_TRY(om_psm_inverse(&psm, tip, zero, q));
+    om__arm_init(&r->hand[a].core, &psm, tip, q, r->obs.arm[a].jaw_goal);
+    return OM_OK;
+}
+
+static OmStatus begin(OmDdsRobot* r) {
+    const unsigned has = om_world_sources(r->def.world);
+    OM_TRY(om_world_observe(r->def.world, has & (OM_OBSERVE_DEPTH | OM_OBSERVE_IMAGE), &r->obs));
+    r->endoscope.camera = r->obs.endoscope.camera;
+    r->depth.camera = r->obs.rgbd.camera;
+    r->narm = om_world_narm(r->def.world);
+    for (int a = 0; a < r->narm; ++a) OM_TRY(begin_hand(r, a));
+    OM_TRY(make_slopes(r));
+    OM_TRY(om__link_create(&r->def.dds, &r->link));
+    OM_TRY(add_all(r));
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    const double epoch = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    r->stamp_origin = r->def.is_lock_step ? 0 : epoch - r->obs.time;
+    r->begun = om_clock_now();
+    return publish_static(r);
+}
+
+OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot) {
+    *robot = NULL;
+    OM_TRY(check_def(def));
+    OmDdsRobot* r = om_calloc(1, sizeof *r);
+    if (!r) return OM_NO_MEMORY;
+    r->def = *def;
+    const OmStatus status = begin(r);
+    if (status < 0)
+        om_dds_robot_destroy(r);
+    else
+        *robot = r;
+    return status < 0 ? status : OM_OK;
+}
+
+void om_dds_robot_destroy(OmDdsRobot* robot) {
+    if (!robot) return;
+    om__link_destroy(robot->link);
+    om_observation_done(&robot->obs);
+    om_free(robot->slope);
+    om_free(robot->bytes);
+    om_free(robot);
+}
+
+// The period below which a share of all lies, to one bin.
+static double quantile(const int bin[NBIN], int64_t n, double share) {
+    int64_t sum = 0;
+    for (int k = 0; k < NBIN; ++k) {
+        sum += bin[k];
+        if ((double)sum >= share * (double)n) return BIN * (k + 0.5);
+    }
+    return BIN * NBIN;
+}
+
+OmDdsReport om_dds_robot_report(const OmDdsRobot* robot) {
+    OmDdsReport report = robot->report;
+    int64_t n = 0;
+    for (int k = 0; k < NBIN; ++k) n += robot->bin[k];
+    report.time = robot->obs.time;
+    report.wall_time = om_clock_now() - robot->begun;
+    report.period_median = n > 0 ? quantile(robot->bin, n, 0.5) : (double)NAN;
+    report.period_99 = n > 0 ? quantile(robot->bin, n, 0.99) : (double)NAN;
+    report.picture_render =
+        report.npicture > 0 ? robot->render / (double)report.npicture : (double)NAN;
+    return report;
+}

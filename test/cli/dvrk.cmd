@@ -1,0 +1,22 @@
+# omentum dvrk: what it refuses, a field that ends by itself, and a robot that is not there.
+copy small.yaml
+$ omentum dvrk
+exit 2
+err no scene is given
+
+$ omentum dvrk small.yaml --domain 233
+exit 2
+err --domain
+
+$ omentum dvrk small.yaml --network '"/>'
+exit 3
+err is no interface
+
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --json
+exit 0
+out "time_s": 0\.1
+err PSM1 and PSM2 on domain 91
+
+$ omentum retract small.yaml --world mars -o out
+exit 3
+err it is simulated or dds

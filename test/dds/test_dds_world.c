@@ -1,0 +1,217 @@
+// test_dds_world.c: a simulated field behind the topics, in lock-step, answers as the field itself, to the last bit;
+// and what stops a world over DDS. Robot and world are two threads of this process.
+#include <string.h>
+#include <unistd.h>
+
+#include "dds/dds_link.h"
+#include "easy_scene.h"
+#include "omentum/base_job.h"
+#include "test_common.h"
+
+#define DT 0.02
+
+typedef struct Served {  // a field behind topics
+    OmScene scene;
+    OmSite site;
+    OmWorld* field;
+    OmDdsRobot* robot;
+    OmJob* job;
+    double seconds;
+} Served;
+
+static OmDdsDef make_dds(void) {
+    OmDdsDef def = om_dds_default_def();
+    def.domain = 100 + (int)((getpid() + 50) % 100);
+    return def;
+}
+
+static OmStatus serve(void* ctx, const OmProgress* progress) {
+    Served* s = ctx;
+    return om_dds_robot_run(s->robot, s->seconds, progress);
+}
+
+static OmScene small_scene(void) {
+    OmScene s = easy_scene();
+    s.tissue.cells = om_vec3(4, 4, 1);
+    s.tissue.world_cells = om_vec3(8, 8, 1);
+    s.rgbd.width = 64, s.rgbd.height = 48;
+    s.task.grasp_radius = 0.025;
+    s.world.force_noise = 0.01;
+    return s;
+}
+
+static void begin(Served* s, bool is_lock_step, double seconds) {
+    unsetenv("CYCLONEDDS_URI");
+    *s = (Served){.scene = small_scene(), .seconds = seconds};
+    assert_ok(om_site_build(&s->scene, OM_SITE_WORLD, NULL, &s->site));
+    assert_ok(om_world_create_simulated(&s->scene, &s->site, 1, &s->field));
+    assert_true(om_world_reset(s->field) >= 0);
+    OmDdsRobotDef def = om_dds_robot_default_def(s->field, &s->scene, &s->site);
+    def.dds = make_dds();
+    def.is_lock_step = is_lock_step;
+    assert_ok(om_dds_robot_create(&def, &s->robot));
+    assert_ok(om_job_start(serve, s, &s->job));
+}
+
+static void end(Served* s) {
+    if (s->job) {
+        om_job_cancel(s->job);
+        om_job_join(s->job);
+    }
+    om_dds_robot_destroy(s->robot);
+    om_world_destroy(s->field);
+    om_site_done(&s->site);
+}
+
+static OmWorld* connect_world(Served* s) {
+    OmDdsWorldDef def = om_dds_world_default_def(&s->scene);
+    OmWorld* world;
+    def.dds = make_dds();
+    def.site = &s->site;
+    def.stale = 0.5;  // a busy machine
+    assert_ok(om_world_create_dds(&def, &world));
+    return world;
+}
+
+static void expect_same_arms(const OmObservation* a, const OmObservation* b) {
+    assert_near(a->time, b->time, 0);
+    assert_int_equal(a->narm, b->narm);
+    for (int k = 0; k < a->narm; ++k) {
+        const OmArmObservation *p = &a->arm[k], *q = &b->arm[k];
+        assert_near(p->time, q->time, 0);
+        assert_memory_equal(&p->tip, &q->tip, sizeof p->tip);
+        assert_memory_equal(p->q, q->q, sizeof p->q);
+        assert_near(p->jaw, q->jaw, 0);
+        assert_near(p->jaw_goal, q->jaw_goal, 0);
+        assert_near(p->jaw_speed, q->jaw_speed, 0);
+        assert_true(p->is_moving == q->is_moving);
+        assert_memory_equal(&p->force, &q->force, sizeof p->force);
+    }
+}
+
+static void expect_same_pictures(const OmObservation* a, const OmObservation* b) {
+    const int n = a->rgbd.camera.width * a->rgbd.camera.height;
+    assert_int_equal(a->rgbd.camera.width, b->rgbd.camera.width);
+    assert_memory_equal(a->rgbd.depth, b->rgbd.depth, (size_t)n * sizeof *a->rgbd.depth);
+    assert_memory_equal(a->rgbd.color.pixel, b->rgbd.color.pixel, 3 * (size_t)n);
+    assert_near(om_camera_lens(&a->rgbd.camera).fx, om_camera_lens(&b->rgbd.camera).fx, 0);
+    assert_int_equal(a->endoscope.color.width, b->endoscope.color.width);
+    assert_memory_equal(a->endoscope.color.pixel, b->endoscope.color.pixel,
+                        3 * (size_t)a->endoscope.color.width * (size_t)a->endoscope.color.height);
+    assert_near(a->endoscope.time, b->endoscope.time, 0);
+}
+
+// The field itself and the one behind topics, from the same start: reach, grasp, lift, let fall.
+static void as_the_field(void** unused) {
+    (void)unused;
+    Served served;
+    begin(&served, true, INFINITY);
+    OmWorld *far = connect_world(&served), *near;
+    assert_ok(om_world_create_simulated(&served.scene, &served.site, 1, &near));
+    assert_true(om_world_reset(near) >= 0);
+    assert_ok(om_world_reset(far));
+    assert_true(far->waits);
+    OmWorld* const both[2] = {near, far};
+    OmPose tip = om_world_place_tip(&served.site, 0);
+    const OmPose top = om_pose_mul(served.site.pose_world_task,
+                                   (OmPose){om_vec3(-0.02, -0.03, 0.006), om_quat_identity()});
+    tip.p = top.p;
+    const unsigned what = OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    bool has_held = false;
+    for (int tick = 0; tick < 90; ++tick) {
+        OmObservation obs[2] = {{0}, {0}};
+        for (int k = 0; k < 2; ++k) {
+            OmPose up = tip;
+            up.p.z += 0.03;
+            if (tick == 0) assert_ok(om_world_move(both[k], 0, tip, 0.2));
+            if (tick == 30) assert_ok(om_world_set_jaw(both[k], 0, 0));
+            if (tick == 45) assert_ok(om_world_move(both[k], 0, up, 0.1));
+            if (tick == 70) om_world_stop(both[k], 0);
+            if (tick == 75) assert_ok(om_world_set_jaw(both[k], 0, 0.7));
+            assert_ok(om_world_advance(both[k], DT));
+            assert_ok(om_world_observe(both[k], tick % 15 == 0 ? what : 0, &obs[k]));
+        }
+        expect_same_arms(&obs[0], &obs[1]);
+        if (tick % 15 == 0) expect_same_pictures(&obs[0], &obs[1]);
+        has_held |= om_arm_is_holding(&obs[1].arm[0]);
+        for (int k = 0; k < 2; ++k) om_observation_done(&obs[k]);
+    }
+    assert_true(has_held);  // otherwise the tissue was not tested
+    // what the world itself refuses
+    tip.p.z += 1;
+    assert_status(om_world_move(far, 0, tip, 0.1), OM_INVALID);
+    assert_status(om_world_move(far, 0, top, 0.3), OM_INVALID);  // too fast
+    om_world_destroy(far);
+    om_world_destroy(near);
+    end(&served);
+}
+
+// A state that another client changes, and a robot that goes away, stop the world with a sentence that stays.
+static void stops(void** unused) {
+    (void)unused;
+    Served s;
+    begin(&s, false, INFINITY);
+    OmWorld* world = connect_world(&s);
+    Link* other;
+    int id;
+    const OmDdsDef dds = make_dds();
+    assert_ok(om_world_reset(world));
+    assert_false(world->waits);
+    assert_ok(om_world_advance(world, DT));
+    assert_ok(om__link_create(&dds, &other));
+    assert_ok(om__link_add(other, LINK_OUT, LINK_STAMPED, "PSM2/state_command", 1, &id));
+    while (om__link_count(other, id) == 0) om__link_wait(other, 0.01);
+    assert_ok(om__link_write(other, id, &(LinkMessage){.text = "pause"}));
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 100 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    assert_int_equal(status, OM_IO);
+    assert_non_null(strstr(om_error_message(), "PSM2 is PAUSED"));
+    assert_status(om_world_set_jaw(world, 0, 0), OM_IO);
+    assert_non_null(strstr(om_error_message(), "PSM2 is PAUSED"));
+    om_world_destroy(world);
+    om__link_destroy(other);
+    end(&s);
+}
+
+static void gone(void** unused) {
+    (void)unused;
+    Served s;
+    OmWorld* world;
+    begin(&s, false, INFINITY);
+    Link* keeper;  // the domain stays when the robot goes
+    const OmDdsDef dds = make_dds();
+    assert_ok(om__link_create(&dds, &keeper));
+    world = connect_world(&s);
+    assert_ok(om_world_reset(world));
+    om_job_cancel(s.job);
+    om_job_join(s.job);
+    s.job = NULL;
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 100 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    assert_int_equal(status, OM_IO);
+    assert_non_null(strstr(om_error_message(), "measured_cp: nothing for"));
+    om_world_destroy(world);
+    om__link_destroy(keeper);
+    end(&s);
+}
+
+// No robot: the sentence names a topic and remedies.
+static void nobody_there(void** unused) {
+    (void)unused;
+    OmScene scene = small_scene();
+    OmDdsWorldDef def = om_dds_world_default_def(&scene);
+    OmWorld* world;
+    def.dds = make_dds();
+    def.wait = 0.2;
+    assert_status(om_world_create_dds(&def, &world), OM_UNAVAILABLE);
+    assert_non_null(strstr(om_error_message(), "PSM1/measured_cp"));
+    assert_non_null(strstr(om_error_message(), "rmw_zenoh"));
+    def.stale = 0;
+    assert_status(om_world_create_dds(&def, &world), OM_INVALID);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(as_the_field), cmocka_unit_test(stops),
+                                       cmocka_unit_test(gone), cmocka_unit_test(nobody_there)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
