@@ -528,7 +528,36 @@ def beliefs():
     put("belief/turn.bin", real(7, 3.0) + real(8, 0))
 
 
+def views():
+    """Messages of a view and lines of its page, as fuzz_view_messages.c and fuzz_view_line.c read them."""
+
+    def message(kind, body):
+        body = struct.pack("<I", kind) + body
+        body += bytes(-len(body) % 4)
+        return struct.pack("<I", len(body)) + body
+
+    def part(number, nvert, fields):
+        x = struct.pack(f"<{3 * nvert}H", *(1000 * i for i in range(3 * nvert)))
+        out = struct.pack("<II6f", number, nvert, -1, -1, -1, 2, 2, 2) + x + bytes(-len(x) % 4) + struct.pack("<I", fields)
+        for bit in (1, 2):
+            if fields & bit:
+                out += struct.pack("<f", 5.0) + bytes(range(nvert)) + bytes(-nvert % 4)
+        return out
+
+    def frame(number, *parts):
+        return message(2, struct.pack("<Id5fII", number, 0.1 * number, 0.5, 0.1, 0.2, 0.001, 0.01, 1, len(parts)) + b"".join(parts))
+
+    points = message(3, struct.pack("<II6f", 0, 2, 0, 0, 0, 1, 1, 1))
+    put("view_messages/run.bin", points + frame(0, part(0, 3, 3), part(1, 2, 0)) + frame(1, part(0, 3, 3)) + frame(2)
+        + message(5, struct.pack("<I3B", 3, 0, 128, 255)))
+    put("view_messages/still.bin", frame(0))
+    put("view_line/hand.txt", "grasp 0.01 -2e-3 0.005\nmove 0 0 0.02\nrelease\npress 0 0 0.03\nprobe 0.008\nyoung 0.5\npoisson 0.3\n"
+        "law neo-hookean\nelement linear\nengine xpbd\npause\nstep\ngo\nreset\n")
+    put("view_line/person.txt", "pause\ngo\nslow 0.5\nforbid 3 2\nallow 3 2\nattach 1 5\nfree 5 1\nplan\nyes\nno\nabort\n")
+
+
 if __name__ == "__main__":
+    views()
     beliefs()
     niftis()
     pngs()

@@ -94,6 +94,7 @@
 #include "omentum/umesh_net.h"
 #include "omentum/vec.h"
 #include "omentum/view.h"
+#include "omentum/view_hand.h"
 #include "omentum/view_server.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"

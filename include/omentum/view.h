@@ -126,7 +126,7 @@ OM_API OmStatus om_view_page_add_picture(OmViewPage* page, double time, const ch
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_view_page_add_depth(OmViewPage* page, double time, const OmScan* scan);
 /// Write the page: one file with everything in it, replaced whole.
-/// @return OM_OK; OM_IO; OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (a message that is not whole); OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_view_page_save(const OmViewPage* page, const char* path);
 OM_API void om_view_page_done(OmViewPage* page);
 

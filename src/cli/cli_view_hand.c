@@ -1,29 +1,16 @@
 // cli_view_hand.c: a hand in the simulation: lines of the page move the tissue, and change what it is made of.
-//
-// | line              | what it does                                                                     |
-// |-------------------|----------------------------------------------------------------------------------|
-// | grasp X Y Z       | hold the tissue within the scene's grasp_radius of a point, world frame, m       |
-// | press X Y Z       | a ball with its centre there presses on the tissue                               |
-// | move X Y Z        | the held tissue, or the ball, follows to this point, at most SPEED               |
-// | release           | let go; the ball is gone                                                         |
-// | probe RADIUS      | radius of the ball, m                                                            |
-// | pause, go, step   | stop, continue, one time step                                                    |
-// | reset             | back to rest, with the scene's modulus                                           |
-// | young FACTOR      | the modulus times this factor, 0.1 to 10; the tissue stays where it is           |
-// | poisson VALUE     | the body is made again, and settles                                              |
-// | law, element or engine NAME | the same                                                               |
+// Its lines are those of view_hand.h.
 #include <math.h>
 #include <string.h>
 
 #include "cli_view_hand.h"
+#include "omentum/view_hand.h"
 
 #define SPEED 0.25  // m/s, of the hand
 #define SETTLE_SPEED 1e-3
 #define SETTLE_TIME 5.0  // s of the tissue's time, at most
 #define SETTLE_CHUNK 0.25
-#define PATIENCE 4.0      // s on the wall
-#define MIN_RADIUS 0.001  // m, of the probe
-#define MAX_RADIUS 0.1
+#define PATIENCE 4.0   // s on the wall
 #define MEAN_STEPS 20  // of step_time
 
 static OmStatus say(Hand* h, const char* words, bool is_error) {
@@ -317,20 +304,19 @@ static OmStatus set_poisson(Hand* h, double value) {
     return make_again(h, &scene);
 }
 
-// `word`: law, element or engine.
-static OmStatus set_name(Hand* h, const char* word, const char* name) {
+static OmStatus set_name(Hand* h, OmHandVerb verb, const char* name) {
     OmScene scene = h->scene;
     OmSceneTissue* t = &scene.tissue;
     const OmTissueEngine* engine;
     OmStatus status = OM_OK;
-    if (strcmp(word, "law") == 0) status = om_law_find(name, &t->law);
-    if (strcmp(word, "element") == 0) {
+    if (verb == OM_HAND_LAW) status = om_law_find(name, &t->law);
+    if (verb == OM_HAND_ELEMENT) {
         const bool is_linear = strcmp(name, "linear") == 0;
         if (!is_linear && strcmp(name, "quadratic") != 0)
             status = om_error(OM_INVALID, "element \"%s\": linear or quadratic", name);
         t->element = is_linear ? OM_ELEMENT_LINEAR : OM_ELEMENT_QUADRATIC;
     }
-    if (strcmp(word, "engine") == 0) {
+    if (verb == OM_HAND_ENGINE) {
         status = om_engine_set_find(scene.engines, name, &engine);
         if (status == OM_OK) snprintf(t->engine, sizeof t->engine, "%s", name);
     }
@@ -338,11 +324,6 @@ static OmStatus set_name(Hand* h, const char* word, const char* name) {
 }
 
 // ---- lines ----------------------------------------------------------------------------------------------------
-
-static bool is_word(const char* line, const char* word) {
-    const size_t n = strlen(word);
-    return strncmp(line, word, n) == 0 && (line[n] == 0 || line[n] == ' ');
-}
 
 static OmStatus set_paused(Hand* h, bool is_paused) {
     h->is_paused = is_paused;
@@ -360,39 +341,27 @@ static OmStatus set_radius(Hand* h, double radius) {
     return say(h, words, false);
 }
 
-OmStatus om__hand_obey(Hand* h, const char* line) {
-    OmVec3 p;
-    double value;
-    char word[16], name[64];
-    const int n = sscanf(line, "%*s %lf %lf %lf", &p.x, &p.y, &p.z);
-    const bool is_point =
-        n == 3 && isfinite(p.x) && isfinite(p.y) && isfinite(p.z) && om_norm(p) < 100;
-    if (is_word(line, "grasp") && is_point) return grasp(h, p);
-    if (is_word(line, "press") && is_point) return press(h, p);
-    if (is_word(line, "move") && is_point) {
-        if (h->is_holding || h->is_pressing) h->goal = p;
-        return OM_OK;
+OmStatus om__hand_obey(Hand* h, const char* text) {
+    OmHandLine l;
+    if (om_hand_line_parse(text, &l) < 0) return say(h, om_error_message(), true);
+    switch (l.verb) {
+    case OM_HAND_GRASP: return grasp(h, l.at);
+    case OM_HAND_PRESS: return press(h, l.at);
+    case OM_HAND_MOVE: h->goal = l.at; return OM_OK;
+    case OM_HAND_RELEASE: let_go(h); return OM_OK;
+    case OM_HAND_PAUSE: return set_paused(h, true);
+    case OM_HAND_GO: return set_paused(h, false);
+    case OM_HAND_STEP: h->is_paused = h->has_step = true; return say_mode(h);
+    case OM_HAND_RESET: return reset(h);
+    case OM_HAND_YOUNG: return set_young(h, l.value);
+    case OM_HAND_POISSON: return set_poisson(h, l.value);
+    case OM_HAND_PROBE: return set_radius(h, l.value);
+    case OM_HAND_LAW:
+    case OM_HAND_ELEMENT:
+    case OM_HAND_ENGINE: return set_name(h, l.verb, l.name);
+    case OM_HAND_NVERB: break;
     }
-    if (is_word(line, "release")) {
-        let_go(h);
-        return OM_OK;
-    }
-    if (is_word(line, "pause") || is_word(line, "go")) return set_paused(h, line[0] == 'p');
-    if (is_word(line, "step")) {
-        h->is_paused = h->has_step = true;
-        return say_mode(h);
-    }
-    if (is_word(line, "reset")) return reset(h);
-    if (sscanf(line, "young %lf", &value) == 1 && value >= 0.1 && value <= 10)
-        return set_young(h, value);
-    if (sscanf(line, "poisson %lf", &value) == 1 && value >= 0 && value <= OM_MAX_POISSON)
-        return set_poisson(h, value);
-    if (sscanf(line, "probe %lf", &value) == 1 && value >= MIN_RADIUS && value <= MAX_RADIUS)
-        return set_radius(h, value);
-    if ((is_word(line, "law") || is_word(line, "element") || is_word(line, "engine")) &&
-        sscanf(line, "%15s %63s", word, name) == 2)
-        return set_name(h, word, name);
-    return say(h, "this is no command here", true);
+    return OM_OK;
 }
 
 // ---- steps ----------------------------------------------------------------------------------------------------

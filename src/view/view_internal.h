@@ -29,5 +29,7 @@ typedef enum ViewAssetName { VIEW_HTML, VIEW_CSS, VIEW_JS, VIEW_THREE, VIEW_NASS
 ViewAsset om__view_asset(ViewAssetName name);
 // view_page.c: the page of a server, whose scripts are files beside it. `html` is appended to.
 OmStatus om__view_live_page(const char* title, OmText* html);
+// Frames become those of differences, in place. @return OM_OK; OM_INVALID (a message that is not whole); OM_NO_MEMORY
+OmStatus om__view_subtract(char* bytes, size_t size);
 
 #endif

@@ -143,39 +143,62 @@ typedef struct Parts {  // as the frames so far have them
     char* last[VIEW_MAX_PART];
     char box[VIEW_MAX_PART][VIEW_BOX];
     bool has_last[VIEW_MAX_PART];
+    size_t nvert[VIEW_MAX_PART];
 } Parts;
 
-// The frame at `at` becomes one of differences.
-static OmStatus subtract_frame(char* at, Parts* parts) {
+// Box, positions and fields of a part. @return what follows, or null: it ends early, or has no such part
+static char* find_shown(char* p, const char* end, uint32_t* part, Shown* now) {
+    if (end - p < 8 + VIEW_BOX) return NULL;
+    *part = u32(p);
+    const size_t nvert = u32(p + 4), size = 6 * nvert;
+    *now = (Shown){.box = p + 8, .x = p + 8 + VIEW_BOX, .nx = size, .nvert = nvert};
+    if (*part >= VIEW_MAX_PART || (size_t)(end - now->x) < padded(size) + 4) return NULL;
+    p = now->x + padded(size);
+    const uint32_t fields = u32(p);
+    p += 4;
+    for (int f = 0; f < VIEW_NFIELD; ++f) {
+        if (!(fields & 1u << f)) continue;
+        if ((size_t)(end - p) < 4 + padded(nvert)) return NULL;
+        now->field[f] = p + 4;
+        p += 4 + padded(nvert);
+    }
+    return p;
+}
+
+// The frame from `at` to `end` becomes one of differences.
+static OmStatus subtract_frame(char* at, char* end, Parts* parts) {
     const uint32_t kind = VIEW_DIFFERENCES;
-    char* p = at + VIEW_FRAME_HEAD;
+    OM_CHECK(end - at >= VIEW_FRAME_HEAD, OM_INVALID, "a frame of %d bytes is too short",
+             (int)(end - at));
     memcpy(at, &kind, sizeof kind);
+    char* p = at + VIEW_FRAME_HEAD;
     for (uint32_t n = u32(p - 4); n > 0; --n) {
-        const uint32_t k = u32(p);
-        const size_t nvert = u32(p + 4);
-        Shown now = {.box = p + 8, .x = p + 8 + VIEW_BOX, .nx = 6 * nvert, .nvert = nvert};
-        p = now.x + padded(now.nx);
-        const uint32_t fields = u32(p);
-        p += 4;
-        for (int f = 0; f < VIEW_NFIELD; ++f) {
-            if (!(fields & 1u << f)) continue;
-            now.field[f] = p + 4;
-            p += 4 + padded(nvert);
-        }
-        if (!parts->last[k]) parts->last[k] = om_calloc((6 + VIEW_NFIELD) * nvert, 1);
+        Shown now;
+        uint32_t k;
+        p = find_shown(p, end, &k, &now);
+        OM_CHECK(p, OM_INVALID, "a frame ends within a part, or has a part that cannot be");
+        if (!parts->last[k]) parts->last[k] = om_calloc((6 + VIEW_NFIELD) * now.nvert + 1, 1);
         if (!parts->last[k]) return OM_NO_MEMORY;
+        OM_CHECK(!parts->has_last[k] || parts->nvert[k] == now.nvert, OM_INVALID,
+                 "a part has another number of vertices than before");
         subtract(&now, parts->last[k], parts->box[k], parts->has_last[k]);
         parts->has_last[k] = true;
+        parts->nvert[k] = now.nvert;
     }
     return OM_OK;
 }
 
-static OmStatus subtract_frames(const OmViewPage* page, char* bytes) {
+OmStatus om__view_subtract(char* bytes, size_t size) {
     Parts parts = {0};
     OmStatus status = OM_OK;
-    for (size_t at = 0; at < page->messages.len; at += 4 + u32(bytes + at)) {
+    for (size_t at = 0; status == OM_OK && at < size;) {
+        const size_t left = size - at, length = left >= 8 ? u32(bytes + at) : 0;
+        OM_CHECK_DONE(length >= 4 && length <= left - 4, OM_INVALID,
+                      "messages: the one at byte %zu is not whole", at);
         char* message = bytes + at + 4;
-        if (u32(message) == VIEW_FRAME) OM_TRY_DONE(subtract_frame(message, &parts));
+        if (u32(message) == VIEW_FRAME)
+            OM_TRY_DONE(subtract_frame(message, message + length, &parts));
+        at += 4 + length;
     }
 done:
     for (int k = 0; k < VIEW_MAX_PART; ++k) om_free(parts.last[k]);
@@ -190,7 +213,7 @@ static OmStatus add_messages(const OmViewPage* page, OmText* out) {
     OM_ALLOC_DONE(plain, messages->len + 1);
     OM_ALLOC_DONE(packed, size + 1);
     if (messages->len > 0) memcpy(plain, messages->str, messages->len);
-    OM_TRY_DONE(subtract_frames(page, plain));
+    OM_TRY_DONE(om__view_subtract(plain, page->messages.len));
     OM_CHECK_DONE(compress2((Bytef*)packed, &size, (const Bytef*)plain, messages->len, 6) == Z_OK,
                   OM_NO_MEMORY, "out of memory to compress a recording");
     status = om_text_append_base64(out, packed, size);

@@ -524,6 +524,33 @@ static void a_page_holds_everything(void** unused) {
     assert_ok(om_path_remove(folder));
 }
 
+// Messages that are not whole are no page: cut anywhere in the last frame, also where its length says so.
+static void a_page_refuses_broken_messages(void** unused) {
+    (void)unused;
+    Field f;
+    OmViewPage page = {.title = "x"};
+    const OmViewNow now = {0};
+    size_t size;
+    assert_ok(open_field(&f));
+    assert_ok(om_view3d_add_scene(f.view, &page.messages));
+    const size_t begin = page.messages.len;
+    assert_ok(om_view3d_add_frame(f.view, &now, &page.messages));
+    const size_t whole = page.messages.len;
+    const char* frame = find_message(&page.messages, 1, &size);
+    assert_int_equal(u32(frame + 40), 2);
+    for (size_t cut = 4; cut < size; cut += cut < 100 ? 4 : 404) {
+        const uint32_t length = (uint32_t)(size - cut);
+        page.messages.len = whole - cut;
+        assert_status(om_view_page_save(&page, "/dev/null/no"), OM_INVALID);
+        memcpy(page.messages.str + begin, &length, sizeof length);
+        assert_status(om_view_page_save(&page, "/dev/null/no"), OM_INVALID);
+        const uint32_t right = (uint32_t)size;
+        memcpy(page.messages.str + begin, &right, sizeof right);
+    }
+    om_view_page_done(&page);
+    close_field(&f);
+}
+
 static OmStatus make_page(void* ctx) {
     Field* f = ctx;
     OmView3dDef def = om_view3d_default_def(&f->scene, f->body);
@@ -562,6 +589,7 @@ int main(void) {
         cmocka_unit_test(a_depth_picture_has_its_camera),
         cmocka_unit_test(a_probe_is_a_part),
         cmocka_unit_test(a_page_holds_everything),
+        cmocka_unit_test(a_page_refuses_broken_messages),
         cmocka_unit_test(failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
