@@ -206,6 +206,10 @@ OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
 
 OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, size_t size) {
     if (!s->is_defras || s->has_preplan) return OM_OK;
+    // What forbids the run is told before the plan, which takes a minute.
+    OmRetractEstimate e;
+    OmRetractDef run = om_cli_retract_def(s, dir);
+    OM_TRY(om_retract_check(&run, NULL, &e));
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
     if (dir) {
