@@ -206,7 +206,7 @@ OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
 
 OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, size_t size) {
     if (!s->is_defras || s->has_preplan) return OM_OK;
-    // What forbids the run is told before the plan, which takes a minute.
+    // An error comes before the plan, which takes a minute.
     OmRetractEstimate e;
     OmRetractDef run = om_cli_retract_def(s, dir);
     OM_TRY(om_retract_check(&run, NULL, &e));

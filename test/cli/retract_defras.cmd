@@ -19,7 +19,7 @@ $ grep -c 'It was made before the operation' run6/report.html
 exit 0
 out ^1$
 
-# What forbids the run is told before the plan, which takes a minute on a sheet of usual size.
+# An error comes before the plan, which takes a minute on a sheet of usual size.
 $ (cat coarse.yaml; printf 'update:\n  network: nowhere.safetensors\n') > nonet.yaml
 exit 0
 $ omentum retract nonet.yaml -q -o run7 --defras
