@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup python configure build wheel demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
+.PHONY: help setup python configure build wheel demo check check-all slow mutants tsan bench figures pictures keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -65,6 +65,9 @@ keys: build ## doc/scene_keys.md from the tables of the scene reader
 figures: ## copy README's figures from doc/figures.md; list the figures whose code has changed since they were measured
 	@python3 tools/readme_figures.py
 	@python3 tools/check_figures.py
+
+pictures: build ## the pictures of doc/view.md, made again in Chromium (needs node, build/node as in .ci/run)
+	@NODE_PATH=build/node/node_modules node test/view/pictures.js $(RELEASE)/bin/omentum scenes doc/images
 
 doc: ## the API reference from the headers, in build/doc/html (needs doxygen)
 	@command -v doxygen > /dev/null || { echo "make doc: doxygen is missing; install the package doxygen" >&2; exit 1; }

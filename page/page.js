@@ -501,7 +501,7 @@ class Page {
     const words = hint + (warning ? WARNINGS[warning] + '. ' : '') + (now ? now.words : 'At rest, before the operation.');
     if ($('status').textContent !== words) $('status').textContent = words;
     $('status').style.color = warning ? ['', '#ffd166', '#ffa94d', '#ff8787'][warning] : '';
-    if (now && this.follows && now !== this.shown) showIn(document.querySelector('aside'), now.li);
+    if (now && this.follows && now !== this.shown) showIn($('story'), now.li);
     this.shown = now;
   }
 
@@ -523,7 +523,7 @@ class Page {
   }
 
   showLegend(most) {
-    const unit = { displacement: [1000, ' mm', 'displacement'], stress: [0.001, ' kPa', 'von Mises stress'], contact: [1, ' N', 'contact force at a vertex'],
+    const unit = { displacement: [1000, ' mm', 'displacement'], stress: [0.001, ' kPa', 'von Mises stress'], contact: [1, ' N', 'contact force'],
       attachment: [1, '', 'probability of attachment'] }[this.stage.color];
     $('legend').hidden = !unit;
     if (!unit) return;
@@ -645,7 +645,8 @@ class Page {
       row.insertCell().textContent = what;
     }
     document.addEventListener('keydown', (event) => {
-      const isTyping = event.target.closest('input[type="text"], textarea, select, dialog, button, summary');
+      const isPress = event.key === ' ' || event.key === 'Enter';  // of a button, which has the focus after a click
+      const isTyping = event.target.closest('input[type="text"], textarea, select, dialog' + (isPress ? ', button, summary' : ''));
       if (!$('use-keys').checked || isTyping || event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
       event.preventDefault();
       keys[event.key][2]();

@@ -50,8 +50,8 @@ typedef struct OmView3dDef {
     const OmSurface* probe;
     // frames have the von Mises stress and the force of contact, if the engine has them; default true
     bool has_stress;
-    // A frame has every part that moved since the scene, not since the last frame, as a client may miss some, and one
-    // frame in six has stress and contact; default false.
+    // A frame has every part that moved since the scene, not since the last frame, as a client may miss some, and
+    // stress and contact of at most five frames before; default false.
     bool is_live;
 } OmView3dDef;
 
@@ -81,7 +81,7 @@ OM_API OmStatus om_view3d_add_scene(OmView3d* view, OmText* messages);
 /// Append a frame: the parts that moved since the last one.
 /// @return OM_OK; OM_NO_MEMORY; as om_body_get_measure
 OM_API OmStatus om_view3d_add_frame(OmView3d* view, const OmViewNow* now, OmText* messages);
-/// Have stress and contact in the next live frame.
+/// Have the stress and contact of this moment in the next live frame.
 OM_API void om_view3d_want_stress(OmView3d* view);
 /// Append attached vertices of a body as points where its tissue has them now.
 /// @param attached  as om_body_attached

@@ -6,7 +6,11 @@
 #include "cli_view_hand.h"
 #include "omentum/view_hand.h"
 
-#define SPEED 0.25  // m/s, of the hand
+#define SPEED 0.25        // m/s, of the hand
+#define PRESS_SPEED 0.05  // of the ball
+#define PRESS_MOST 10.0   // N: a hand that presses harder gives way
+#define PRESS_BACK 0.02   // m/s, at which it does
+#define THINNEST 0.4      // of the tissue's thickness under the ball
 #define SETTLE_SPEED 1e-3
 #define SETTLE_TIME 5.0  // s of the tissue's time, at most
 #define SETTLE_CHUNK 0.25
@@ -198,6 +202,20 @@ static OmStatus grasp(Hand* h, OmVec3 at) {
     return OM_OK;
 }
 
+// Distance of a point from board and organ, and the direction away from the nearer one.
+static double rigid_distance(const Hand* h, OmVec3 p, OmVec3* away) {
+    const OmSite* site = &h->site;
+    double nearest = INFINITY;
+    *away = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
+    if (site->has_ground) nearest = om_dot(om_sub(p, site->pose_world_task.p), *away);
+    if (site->has_organ && site->soft.nvert == 0) {
+        OmVec3 normal;
+        const double d = om_sdf_eval(&site->organ_sdf, p, &normal);
+        if (d < nearest) nearest = d, *away = om_normalize(normal);
+    }
+    return nearest;
+}
+
 static OmStatus press(Hand* h, OmVec3 at) {
     const OmPose pose = {at, h->site.pose_world_task.q};
     let_go(h);
@@ -211,8 +229,10 @@ static OmStatus press(Hand* h, OmVec3 at) {
     if (status == OM_OK) status = om_body_set_press(h->body, h->press);
     if (status == OM_INVALID || status == OM_UNAVAILABLE) return say(h, om_error_message(), true);
     OM_TRY(status);
+    OmVec3 away;
     h->is_pressing = true;
     h->tip = h->goal = at;
+    h->thickness = fmax(rigid_distance(h, at, &away) - h->radius, 0);
     return OM_OK;
 }
 
@@ -366,10 +386,25 @@ OmStatus om__hand_obey(Hand* h, const char* text) {
 
 // ---- steps ----------------------------------------------------------------------------------------------------
 
+static OmVec3 approach(OmVec3 from, OmVec3 goal, double most) {
+    const OmVec3 way = om_sub(goal, from);
+    const double left = om_norm(way);
+    return left <= most ? goal : om_madd(from, most / left, way);
+}
+
+// Tissue between the ball and a board cannot give way: the ball keeps THINNEST of the thickness that it found, and a
+// hand that presses too hard gives way. Else forces would grow without limit, and steps take a second.
+static OmVec3 press_further(const Hand* h, double dt) {
+    const OmVec3 force = om_press_report(h->press)->force;
+    const double most = om_norm(force);
+    if (most > PRESS_MOST) return om_madd(h->tip, PRESS_BACK * dt / most, force);
+    OmVec3 away, next = approach(h->tip, h->goal, PRESS_SPEED * dt);
+    const double left = rigid_distance(h, next, &away) - h->radius - THINNEST * h->thickness;
+    return left < 0 ? om_madd(next, fmin(-left, PRESS_SPEED * dt), away) : next;
+}
+
 static OmStatus move_tip(Hand* h, double dt) {
-    const OmVec3 way = om_sub(h->goal, h->tip);
-    const double left = om_norm(way), most = SPEED * dt;
-    h->tip = left <= most ? h->goal : om_madd(h->tip, most / left, way);
+    h->tip = h->is_pressing ? press_further(h, dt) : approach(h->tip, h->goal, SPEED * dt);
     const OmPose pose = {h->tip, h->site.pose_world_task.q};
     if (!h->is_pressing) return om_body_move(h->body, 0, pose);
     draw_probe(h);

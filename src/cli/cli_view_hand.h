@@ -19,6 +19,7 @@ typedef struct Hand {
     bool is_holding, is_pressing, is_paused, has_step, has_forces;
     double time, young;        // s; times the scene's modulus
     double radius;             // m, of the probe
+    double thickness;          // m, of the tissue under the ball when it was placed
     OmSurface ball;            // of radius 1
     OmSurface drawn;           // of the probe where it is; in one place: not there
     OmProbe* probe;            // made when it is needed, as `press`

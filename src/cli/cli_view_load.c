@@ -121,6 +121,15 @@ static OmStatus load_patient(const OmCliArgs* args, const char* path, OmScene* s
     return OM_OK;
 }
 
+// The last part of a path.
+static void name_scene(const char* path, char* name, size_t size) {
+    size_t n = strlen(path);
+    while (n > 1 && path[n - 1] == '/') --n;
+    size_t begin = n;
+    while (begin > 0 && path[begin - 1] != '/') --begin;
+    snprintf(name, size, "%.*s", (int)(n - begin < size - 1 ? n - begin : size - 1), path + begin);
+}
+
 OmStatus om_cli_view_load(const OmCliArgs* args, OmCliRetract* s, char* path, size_t size) {
     const char* name = om_cli_positional(args, 0);
     OmTissueSource source;
@@ -139,7 +148,7 @@ OmStatus om_cli_view_load(const OmCliArgs* args, OmCliRetract* s, char* path, si
     OM_CHECK(strlen(file) < sizeof scene->tissue.file, OM_INVALID, "%s: the path is too long",
              path);
     strcpy(scene->tissue.file, file);
-    snprintf(scene->name, sizeof scene->name, "%.60s", is_folder(name) ? name : file);
+    name_scene(name, scene->name, sizeof scene->name);
     scene->tissue.source = source;
     scene->attach.kind = OM_ATTACH_SET;
     s->has_scene = true;

@@ -9,8 +9,9 @@
 #include "view/view_internal.h"
 
 #define COOKIE 0x71e3d0u
-#define REACH 0.15      // m
-#define STRESS_EVERY 6  // live frames: stresses of large meshes take longer than all else
+#define REACH 0.15  // m
+#define STRESS_EVERY \
+    6  // live frames: to compute stresses of large meshes takes longer than all else
 #define MOST 65535.0
 
 typedef struct Part {
@@ -30,6 +31,7 @@ struct OmView3d {
     double* sum;       // of the elements around a vertex of the mesh (nvert)
     int* count;        //                                             (nvert)
     bool has_contact;  // the engine has forces
+    OmText fields;     // of the tissue in frames, when they were computed last
     Part part[VIEW_MAX_PART];
     int npart;
     uint32_t nframe;
@@ -186,6 +188,7 @@ void om_view3d_destroy(OmView3d* v) {
     om_free(v->sum);
     om_free(v->count);
     om_free(v->nearest);
+    om_text_done(&v->fields);
     om_free(v);
 }
 
@@ -295,7 +298,7 @@ static OmStatus average_stress(OmView3d* v) {
 
 // The largest, and shares of it.
 static OmStatus put_field(const OmView3d* v, double (*value)(const OmView3d* v, int vert),
-                          OmText* t, size_t begin) {
+                          OmText* t) {
     double most = 0;
     for (int k = 0; k < v->tissue.nvert; ++k) most = fmax(most, value(v, v->tissue_vert[k]));
     OM_TRY(put_f32(t, most));
@@ -304,7 +307,7 @@ static OmStatus put_field(const OmView3d* v, double (*value)(const OmView3d* v, 
         const unsigned char byte = (unsigned char)lround(255 * s);
         OM_TRY(put(t, &byte, 1));
     }
-    return pad(t, begin);
+    return pad(t, 0);
 }
 
 static double stress_at(const OmView3d* v, int vert) { return v->sum[vert]; }
@@ -313,24 +316,31 @@ static double contact_at(const OmView3d* v, int vert) {
     return om_norm(om_load3(om_body_contact_force(v->def.body), vert));
 }
 
-// Of the tissue, the first part.
-static OmStatus put_fields(OmView3d* v, OmText* t, size_t begin) {
+static OmStatus compute_fields(OmView3d* v) {
+    OmText* t = &v->fields;
+    t->len = 0;
     OM_TRY(put_u32(t, (v->stress ? VIEW_HAS_STRESS : 0) | (v->has_contact ? VIEW_HAS_CONTACT : 0)));
     if (v->stress) OM_TRY(average_stress(v));
-    if (v->stress) OM_TRY(put_field(v, stress_at, t, begin));
-    return v->has_contact ? put_field(v, contact_at, t, begin) : OM_OK;
+    if (v->stress) OM_TRY(put_field(v, stress_at, t));
+    return v->has_contact ? put_field(v, contact_at, t) : OM_OK;
+}
+
+// Of the tissue, the first part. Live frames repeat the last ones: a slow client sees few of the frames.
+static OmStatus put_fields(OmView3d* v, OmText* t) {
+    const bool is_due = !v->def.is_live || v->wants_stress || v->nframe % STRESS_EVERY == 0;
+    if (is_due || v->fields.len == 0) OM_TRY(compute_fields(v));
+    return put(t, v->fields.str, v->fields.len);
 }
 
 static OmStatus put_part(OmView3d* v, int k, OmText* t, size_t begin) {
     Part* p = &v->part[k];
-    const bool is_due = !v->def.is_live || v->wants_stress || v->nframe % STRESS_EVERY == 0;
     OM_TRY(put_u32(t, (uint32_t)k));
     OM_TRY(put_u32(t, (uint32_t)p->surface->nvert));
     OM_TRY(put(t, p->lo, sizeof p->lo));
     OM_TRY(put(t, p->size, sizeof p->size));
     OM_TRY(put(t, p->now, 3 * (size_t)p->surface->nvert * sizeof *p->now));
     OM_TRY(pad(t, begin));
-    return k == 0 && is_due ? put_fields(v, t, begin) : put_u32(t, 0);
+    return k == 0 ? put_fields(v, t) : put_u32(t, 0);
 }
 
 static OmStatus put_frame(OmView3d* v, const OmViewNow* now, OmText* t, size_t begin) {

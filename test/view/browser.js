@@ -4,48 +4,17 @@
 //     node test/view/browser.js build/release/bin/omentum scenes
 'use strict';
 
-const { spawn } = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
-const SKIP = 77, CHROMIUM = process.env.OM_CHROMIUM || '/usr/bin/chromium';
-
-let playwright = null;
-try { playwright = require('playwright-core'); } catch { /* skipped below */ }
-if (!playwright || !fs.existsSync(CHROMIUM)) {
-  console.log(`skip: ${playwright ? CHROMIUM : 'playwright-core'} is not installed`);
-  process.exit(SKIP);
-}
+const program_js = require('./program.js');
+const { open, errors } = program_js;
 
 const [, , program, scenes] = process.argv;
-const errors = [];  // of any page
-const children = [];
+const start = (args) => program_js.start(program, args);
 
 function check(is, what) {
   if (!is) throw new Error(what);
   console.log('ok: ' + what);
-}
-
-// The program, once it says where its page is.
-function start(args) {
-  const child = spawn(program, ['view', ...args, '-q'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  children.push(child);
-  return new Promise((resolve, reject) => {
-    let out = '';
-    child.stdout.on('data', (data) => {
-      out += data;
-      const url = out.match(/http:\S+/);
-      if (url) resolve({ child, url: url[0] });
-    });
-    child.on('exit', () => reject(new Error('the program ended: ' + out)));
-  });
-}
-
-async function open(browser, url, size) {
-  const page = await browser.newPage({ viewport: size });
-  page.on('pageerror', (e) => errors.push(e.message));
-  page.on('console', (m) => { if (m.type() === 'error' && !/ERR_CONNECTION|WebSocket/.test(m.text())) errors.push(m.text()); });
-  await page.goto(url);
-  return page;
 }
 
 const said = (page) => page.locator('#said').textContent();
@@ -78,8 +47,11 @@ async function testHand(browser) {
     await page.waitForTimeout(50);
   }
   await page.waitForFunction(() => live.log.frames.at(-1).force > 0.01);
-  const shown = await page.evaluate(() => [document.getElementById('pull').textContent, live.log.frames.at(-1).force]);
-  check(Math.abs(parseFloat(shown[0]) - shown[1]) < 0.2 && / N$/.test(shown[0]), `the force is shown: ${shown[0]}`);
+  const shown = await page.evaluate(() => {
+    live.showForce(live.log.frames.at(-1));
+    return [document.getElementById('pull').textContent, live.log.frames.at(-1).force];
+  });
+  check(Math.abs(parseFloat(shown[0]) - shown[1]) < 0.0051 && / N$/.test(shown[0]), `the force is shown: ${shown[0]}`);
   const moved = await page.evaluate((from) => {
     const x = live.stage.parts[0].mesh.geometry.attributes.position.array;
     return Math.max(...from.map((value, i) => Math.abs(value - x[i])));
@@ -106,6 +78,16 @@ async function testHand(browser) {
   await page.click('#commands button:has-text("reset")');
   await page.waitForFunction(() => document.getElementById('said').textContent === 'back at rest');
   check(await page.evaluate(() => live.hasControl), 'the space bar continues, and a reset keeps the page');
+  await page.evaluate(() => document.getElementById('use-keys').click());
+  await page.keyboard.press('c');
+  check(await page.evaluate(() => live.stage.color === 'plain'), 'shortcuts can be switched off');
+  await page.evaluate(() => document.getElementById('use-keys').click());
+  await page.keyboard.press('c');
+  check(await page.evaluate(() => live.stage.color === 'displacement'), 'and on');
+  await page.click('#film');
+  await page.waitForTimeout(400);
+  const [video] = await Promise.all([page.waitForEvent('download'), page.click('#film')]);
+  check(/\.(webm|mp4)$/.test(video.suggestedFilename()) && fs.statSync(await video.path()).size > 1000, `a video is saved: ${video.suggestedFilename()}`);
   await page.fill('#young', '1');
   await page.dispatchEvent('#young', 'change');
   await page.waitForFunction(() => /modulus 6000 Pa/.test(document.getElementById('said').textContent));
@@ -115,10 +97,14 @@ async function testHand(browser) {
   fs.writeFileSync(file, text.replace('size_mm: [120, 120, 5]', 'size_mm: [80, 80, 5]'));
   await page.waitForFunction(() => Math.abs(live.log.scene.task.half_size[0] - 0.04) < 1e-6);
   check(true, 'a changed scene is loaded again');
-  fs.rmSync(path.dirname(file), { recursive: true });
   child.kill('SIGKILL');
   await page.waitForFunction(() => /not there any more/.test(document.getElementById('status').textContent));
   check(true, 'the page says that the program is gone');
+  const again = await start([file, '--free', '--port', new URL(url).port]);
+  await page.waitForFunction(() => window.live && live.hasControl && live.log.frames.length > 2);
+  check(true, 'and goes to the program that is started again');
+  fs.rmSync(path.dirname(file), { recursive: true });
+  again.child.kill('SIGKILL');
   await page.close();
 }
 
@@ -245,26 +231,16 @@ async function testRun(browser) {
     .filter((e) => !e.textContent.trim() && !e.getAttribute('aria-label') && !e.closest('label') && e.tabIndex >= 0).map((e) => e.id));
   check(names.length === 0, `every control has a name (without: ${names})`);
   await page.close();
-  await second.waitForFunction(() => live.hasControl || true);
+  await second.bringToFront();
+  await second.waitForFunction(() => live.hasControl);
+  check(!await second.locator('#watching').isVisible(), 'the page that watched gets the controls when the first one is closed');
   await second.close();
   child.kill('SIGTERM');
 }
 
-async function main() {
-  const browser = await playwright.chromium.launch({ executablePath: CHROMIUM,
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
-  try {
-    await testHand(browser);
-    await testMesh(browser);
-    await testRun(browser);
-    check(errors.length === 0, `no error in the console (${errors.join('; ')})`);
-  } finally {
-    for (const child of children) child.kill('SIGKILL');
-    await browser.close();
-  }
-}
-
-main().then(() => process.exit(0), (error) => {
-  console.log('FAILED: ' + error.message);
-  process.exit(1);
+program_js.run(async (browser) => {
+  await testHand(browser);
+  await testMesh(browser);
+  await testRun(browser);
+  check(errors.length === 0, `no error in the console (${errors.join('; ')})`);
 });
