@@ -41,6 +41,9 @@ typedef struct OmDdsRobotDef {
     OmWorld* world;        // simulated, at rest; borrowed
     const OmScene* scene;  // borrowed, with the site
     const OmSite* site;
+    // A second world of this scene and site: pictures are taken of it, from snapshots of the first, in another thread;
+    // borrowed; default null: the arms wait for each picture. Not used in lock-step.
+    OmWorld* eyes;
     double rate;          // Hz, of arms and tissue; default 100, 1 to 1000
     double picture_rate;  // Hz; default 30; 0: no pictures
     // Time advances only when a client asks for it (topic omentum/tick); default false: with the wall clock.

@@ -27,6 +27,8 @@ typedef enum OmInstrument {
 
 typedef struct OmPsm {
     OmPose pose_world_rcm;        // base frame at the remote centre of motion
+    double insertion;             // m, of the carriage from the remote centre at zero; below 0
+    double shaft;                 // m, length of the instrument up to the wrist pitch axis
     double wrist;                 // m, wrist pitch axis to wrist yaw axis
     double q_min[OM_PSM_NJOINT];  // rad; m for the insertion
     double q_max[OM_PSM_NJOINT];
@@ -34,8 +36,9 @@ typedef struct OmPsm {
 } OmPsm;
 
 OM_API OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm);
-/// Replace the instrument: length and limits of the wrist, and limits of the jaw, from a file of the dVRK's
-/// configuration (share/tool/*.json, comments allowed). Only wrists of the form of the two instruments above.
+/// Replace the instrument: lengths of shaft and wrist, limits of roll, wrist and jaw, from a file of the dVRK's
+/// configuration (share/tool/*.json, comments allowed): Classic, S and Si. Only wrists of the form of the two
+/// instruments above: not the snake-like ones of 5 mm.
 /// @return OM_OK; OM_INVALID (the message names the line or the key); OM_UNAVAILABLE (another form of wrist);
 ///         OM_NO_MEMORY; OM_IO; psm is unchanged on error
 OM_API OmStatus om_psm_load_instrument(const char* path, OmPsm* psm);
@@ -43,6 +46,13 @@ OM_API OmStatus om_psm_load_instrument(const char* path, OmPsm* psm);
 /// @return as om_psm_load_instrument, without OM_IO
 OM_API OmStatus om_psm_parse_instrument(const char* text, size_t size, const char* name,
                                         OmPsm* psm);
+/// Replace the arm under the instrument: limits of yaw, pitch and insertion, and where the insertion begins, from a file
+/// of the dVRK's configuration (share/arm/PSM.json, PSM_Si.json). An S or Si instrument needs the arm PSM_Si.
+/// @return as om_psm_load_instrument
+OM_API OmStatus om_psm_load_arm(const char* path, OmPsm* psm);
+/// The same from memory; `name` is the file's in messages.
+/// @return as om_psm_load_instrument, without OM_IO
+OM_API OmStatus om_psm_parse_arm(const char* text, size_t size, const char* name, OmPsm* psm);
 /// "yaw", "pitch", "insertion", "roll", "wrist pitch", "wrist yaw".
 OM_API const char* om_psm_joint_name(int joint);
 

@@ -72,7 +72,7 @@ static void print_report(const OmDdsRobot* robot, double rate) {
 // Build the field, let it come to rest, serve it.
 static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OmSite site = {0};
-    OmWorld* world = NULL;
+    OmWorld *world = NULL, *eyes = NULL;
     OmDdsRobot* robot = NULL;
     double seconds = INFINITY;
     const OmProgress* progress = om_cli_progress(true);
@@ -86,6 +86,10 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OM_TRY_DONE(om_cli_double(args, "--rate", &def.rate));
     OM_TRY_DONE(om_cli_double(args, "--pictures", &def.picture_rate));
     def.is_lock_step = om_cli_get(args, "--lock-step") != NULL;
+    if (!def.is_lock_step) {
+        OM_TRY_DONE(om_world_create_simulated(&s->scene, &site, s->nworker, &eyes));
+        def.eyes = eyes;
+    }
     def.has_stamped_strings = om_cli_get(args, "--stamped-strings") != NULL;
     if (!s->is_quiet) def.say = say;
     OM_TRY_DONE(om_dds_robot_create(&def, &robot));
@@ -97,6 +101,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
 done:
     om_dds_robot_destroy(robot);
     om_world_destroy(world);
+    om_world_destroy(eyes);
     om_site_done(&site);
     return status;
 }

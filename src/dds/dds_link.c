@@ -471,7 +471,8 @@ static OmStatus print_settings(const OmDdsDef* def, OmText* xml) {
         OM_TRY(om_text_append(xml, "<MaxMessageSize>65500B</MaxMessageSize>"
                                    "<FragmentSize>65000B</FragmentSize>"));
     OM_TRY(om_text_append(xml, "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-                               "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"));
+                               "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+                               "<LeaseDuration>3s</LeaseDuration>"));
     if (is_local || def->peer)
         OM_TRY(om_text_append(xml, "<Peers><Peer Address=\"%s\"/></Peers>",
                               def->peer ? def->peer : "127.0.0.1"));

@@ -15,6 +15,7 @@
 #include <time.h>
 
 #include "dds/dds_arm.h"
+#include "omentum/base_job.h"
 
 #define COOKIE 0xdd5002u
 #define SILENCE 5.0    // s without a reader after which the robot says so
@@ -51,6 +52,11 @@ struct OmDdsRobot {
     float* slope;          // of the depth camera's rays: x / z and y / z  (npixel x 2)
     unsigned char* bytes;  // of a cloud
     OmObservation obs;
+    OmObservation seen;   // with pictures
+    OmJob* job;           // null: no picture is under way
+    void* snapshot;       // of the world, for the eyes
+    unsigned wanted;      // OM_OBSERVE_ flags of the job
+    double taken;         // s, time that the job took
     double stamp_origin;  // s of the epoch at the world's time 0; 0 in lock-step
     double next_picture;  // s of the world
     // of the client in lock-step: its number, commands since its first tick
@@ -349,6 +355,12 @@ static uint32_t color_of(const OmPicture* color, int i) {
                                 : 0x10101u * c[0];
 }
 
+static LinkMessage picture_message(const OmDdsRobot* r, const char* frame) {
+    LinkMessage m = {.time = r->stamp_origin + r->seen.time};
+    snprintf(m.frame, sizeof m.frame, "%s", frame);
+    return m;
+}
+
 // A point for each pixel, in rows; NaN where there is no depth. z is the depth to the last bit.
 static OmStatus send_cloud(OmDdsRobot* r, const OmDepthPicture* p) {
     const int n = p->camera.width * p->camera.height;
@@ -359,7 +371,7 @@ static OmStatus send_cloud(OmDdsRobot* r, const OmDepthPicture* p) {
         memcpy(r->bytes + POINT * (size_t)i, xyz, sizeof xyz);
         memcpy(r->bytes + POINT * (size_t)i + 12, &rgb, sizeof rgb);
     }
-    LinkMessage m = message_in(r, r->depth.frame);
+    LinkMessage m = picture_message(r, r->depth.frame);
     m.picture = (LinkPicture){.width = p->camera.width,
                               .height = p->camera.height,
                               .point_step = POINT,
@@ -375,7 +387,7 @@ static OmStatus send_cloud(OmDdsRobot* r, const OmDepthPicture* p) {
 
 static OmStatus send_image(OmDdsRobot* r, const Eye* eye, int width, int height,
                            const char* encoding, int nbyte, const void* data) {
-    LinkMessage m = message_in(r, eye->frame);
+    LinkMessage m = picture_message(r, eye->frame);
     m.picture = (LinkPicture){.width = width,
                               .height = height,
                               .step = nbyte * width,
@@ -385,15 +397,16 @@ static OmStatus send_image(OmDdsRobot* r, const Eye* eye, int width, int height,
     return om__link_write(r->link, eye->image, &m);
 }
 
-// Render and send OM_OBSERVE_ flags `what`.
-static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
+// Render and send OM_OBSERVE_ flags `what` of a world at rest between two steps. Also called by the job, which shares
+// nothing but constants, the link, and the fields of pictures with the other thread.
+static OmStatus take_pictures(OmDdsRobot* r, OmWorld* world, unsigned what) {
     const double start = om_clock_now();
-    what &=
-        om_world_sources(r->def.world) & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    what &= om_world_sources(world) & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    r->taken = 0;
     if (!what) return OM_OK;
-    OM_TRY(om_world_observe(r->def.world, what, &r->obs));
-    const OmPicture* color = &r->obs.endoscope.color;
-    const OmDepthPicture* depth = &r->obs.rgbd;
+    OM_TRY(om_world_observe(world, what, &r->seen));
+    const OmPicture* color = &r->seen.endoscope.color;
+    const OmDepthPicture* depth = &r->seen.rgbd;
     if (color->pixel)
         OM_TRY(send_image(r, &r->endoscope, color->width, color->height,
                           color->nchannel == 3 ? "rgb8" : "mono8", color->nchannel, color->pixel));
@@ -401,9 +414,44 @@ static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
         OM_TRY(send_image(r, &r->depth, depth->camera.width, depth->camera.height, "32FC1", 4,
                           depth->depth));
     if (depth->depth) OM_TRY(send_cloud(r, depth));
-    ++r->report.npicture;
-    r->render += om_clock_now() - start;
+    r->taken = om_clock_now() - start;
     return OM_OK;
+}
+
+static void count_pictures(OmDdsRobot* r) {
+    r->report.npicture += r->taken > 0;
+    r->render += r->taken;
+}
+
+static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
+    OM_TRY(take_pictures(r, r->def.world, what));
+    count_pictures(r);
+    return OM_OK;
+}
+
+static OmStatus look(void* ctx, const OmProgress* progress) {
+    OmDdsRobot* r = ctx;
+    (void)progress;
+    OM_TRY(om_world_restore(r->def.eyes, r->snapshot));
+    return take_pictures(r, r->def.eyes, r->wanted);
+}
+
+// The job ends before the next one begins.
+static OmStatus end_look(OmDdsRobot* r) {
+    if (!r->job) return OM_OK;
+    const OmStatus status = om_job_join(r->job);
+    r->job = NULL;
+    count_pictures(r);
+    return status;
+}
+
+static OmStatus begin_look(OmDdsRobot* r, unsigned what) {
+    if (!r->def.eyes) return publish_pictures(r, what);
+    OM_TRY(end_look(r));
+    if (!what) return OM_OK;
+    OM_TRY(om_world_save(r->def.world, r->snapshot));
+    r->wanted = what;
+    return om_job_start(look, r, &r->job);
 }
 
 // What the readers of pictures want.
@@ -529,16 +577,17 @@ static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progre
         wait_until(next);
         OM_TRY(take_commands(r));
         OM_TRY(advance(r, dt));
-        if (r->def.picture_rate > 0 && r->obs.time >= r->next_picture) {
+        const bool is_free = !r->job || om_job_is_finished(r->job);
+        if (r->def.picture_rate > 0 && is_free && r->obs.time >= r->next_picture) {
             OM_TRY(publish_info(r));
-            OM_TRY(publish_pictures(r, wanted_pictures(r)));
+            OM_TRY(begin_look(r, wanted_pictures(r)));
             r->next_picture = fmax(r->next_picture + 1 / r->def.picture_rate, r->obs.time);
         }
         watch_readers(r);
         next += dt;
         if (om_clock_now() - next > 0.1) next = om_clock_now();  // slower than time: no hurry after
     }
-    return OM_OK;
+    return end_look(r);
 }
 
 // A tick: advance, send what is wanted, answer. An error of the world ends the robot; the client reads it first.
@@ -628,6 +677,13 @@ static OmStatus begin(OmDdsRobot* r) {
     r->narm = om_world_narm(r->def.world);
     for (int a = 0; a < r->narm; ++a) OM_TRY(begin_hand(r, a));
     OM_TRY(make_slopes(r));
+    if (r->def.eyes) {
+        const size_t size = om_world_state_size(r->def.world);
+        OM_CHECK(size > 0 && om_world_state_size(r->def.eyes) == size, OM_INVALID,
+                 "OmDdsRobotDef.eyes is no world of this scene");
+        r->snapshot = om_alloc(size, 1);
+        if (!r->snapshot) return OM_NO_MEMORY;
+    }
     OM_TRY(om__link_create(&r->def.dds, &r->link));
     OM_TRY(add_all(r));
     struct timespec now;
@@ -654,8 +710,11 @@ OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot) {
 
 void om_dds_robot_destroy(OmDdsRobot* robot) {
     if (!robot) return;
+    om_job_join(robot->job);
     om__link_destroy(robot->link);
     om_observation_done(&robot->obs);
+    om_observation_done(&robot->seen);
+    om_free(robot->snapshot);
     om_free(robot->slope);
     om_free(robot->bytes);
     om_free(robot);

@@ -20,7 +20,8 @@
 #define SAME_TIME 1e-6    // s: stamps count nanoseconds
 #define HOME_TIME 60.0    // s that homing may take
 #define TICK_TIME 10.0    // s that a simulated robot may take for a tick
-#define PICTURE_TIME 1.0  // s that a picture may take
+#define NEW_PICTURE 0.15  // s, age of a picture that is one of now
+#define PICTURE_TIME 1.0  // s that are waited for one
 #define GRACE 0.5         // s to find out whether the robot is in lock-step
 #define FILE_DOMAIN_HINT \
     "start omentum dvrk in another terminal, or the robot, with the same domain"
@@ -514,22 +515,27 @@ static OmStatus dds_advance(OmWorld* world, double dt) {
 
 // ---- observation --------------------------------------------------------------------------------------------------
 
-// The newest pictures; without any, those to come soon.
+static bool has_pictures(const DdsWorld* w, unsigned what) {
+    const double since = w->limb[0].stamp_cp - NEW_PICTURE;
+    return (!(what & OM_OBSERVE_IMAGE) || w->endoscope.stamp >= since) &&
+           (!(what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)) || w->depth.stamp >= since);
+}
+
+// Until there are pictures of now; the arms hold meanwhile. A robot's controller must not act on what was.
 static OmStatus wait_for_pictures(DdsWorld* w, unsigned what) {
-    const bool has_image = what & OM_OBSERVE_IMAGE;
-    const bool has_depth = what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
-    if (!has_image && !has_depth) return OM_OK;
-    if (w->is_lock_step) return make_tick(w, 0, what);
     const double end = om_clock_now() + PICTURE_TIME;
-    while ((has_image && w->endoscope.stamp < w->time - PICTURE_TIME) ||
-           (has_depth && w->depth.stamp < w->time - PICTURE_TIME)) {
-        om__link_wait(w->link, 0.02);
+    if (!(what & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR))) return OM_OK;
+    if (w->is_lock_step) return make_tick(w, 0, what);
+    while (!has_pictures(w, what)) {
+        if (om_clock_now() > end)
+            return fail(
+                w, "%s: no picture younger than %.2f s within %.0f s; motion has stopped",
+                om__link_name(w->link, what & OM_OBSERVE_IMAGE ? w->endoscope.data : w->depth.data),
+                NEW_PICTURE, PICTURE_TIME);
+        om__link_wait(w->link, 0.01);
         OM_TRY(take_all(w));
         OM_TRY(check_alive(w));
-        if (om_clock_now() > end)
-            return fail(w, "%s: no picture for %.0f s; motion has stopped",
-                        om__link_name(w->link, has_depth ? w->depth.data : w->endoscope.data),
-                        PICTURE_TIME);
+        w->time = w->limb[0].stamp_cp;
     }
     return OM_OK;
 }

@@ -10,8 +10,6 @@
 #include "omentum/robot.h"
 
 #define DEG (OM_PI / 180.0)
-#define INSERTION_OFFSET (-0.4318)
-#define TOOL_LENGTH 0.4162
 
 typedef struct Link {
     double alpha, a, theta, d;
@@ -19,6 +17,8 @@ typedef struct Link {
 
 OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm) {
     OmPsm psm = {.pose_world_rcm = pose_world_rcm,
+                 .insertion = -0.4318,
+                 .shaft = 0.4162,
                  .wrist = instrument == OM_LARGE_NEEDLE_DRIVER ? 0.0091 : 0.0107,
                  .q_min = {-1.588, -0.925025, 0.0, -4.53786, -1.39626, -1.39626},
                  .q_max = {1.588, 0.925025, 0.240, 4.53786, 1.39626, 1.39626},
@@ -45,8 +45,8 @@ static void make_links(const OmPsm* psm, const double q[6], Link link[6]) {
     const double h = OM_PI / 2;
     link[0] = (Link){h, 0, q[0] + h, 0};
     link[1] = (Link){-h, 0, q[1] - h, 0};
-    link[2] = (Link){h, 0, 0, INSERTION_OFFSET + q[2]};
-    link[3] = (Link){0, 0, q[3], TOOL_LENGTH};
+    link[2] = (Link){h, 0, 0, psm->insertion + q[2]};
+    link[3] = (Link){0, 0, q[3], psm->shaft};
     link[4] = (Link){-h, 0, q[4] - h, 0};
     link[5] = (Link){-h, psm->wrist, q[5] - h, 0};
 }
@@ -143,7 +143,7 @@ OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_
     double sol[6];
     sol[1] = asin(fmax(-1, fmin(1, -s.y)));
     sol[0] = atan2(s.x, -s.z);
-    sol[2] = r - INSERTION_OFFSET - TOOL_LENGTH;
+    sol[2] = r - psm->insertion - psm->shaft;
     // The remaining rotation, of roll and wrist.
     OmMat3 rx90 = om_quat_to_mat3(om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI / 2));
     OmPsm base = *psm;

@@ -356,8 +356,16 @@ static OmStatus code_head(Coder* c, LogHead* head) {
     OM_TRY(code_flags(c, &head->sources));
     for (int a = 0; a < head->narm; ++a) {
         OmPsm* psm = &head->psm[a];
-        OM_TRY(code_bool(c, &head->has_psm[a]));
-        if (!head->has_psm[a]) continue;
+        // 0: none, 1: an arm and a shaft of the default, 2: with their lengths
+        const OmPsm usual = om_psm_default(OM_PROGRASP, om_pose_identity());
+        const bool is_usual = psm->insertion == usual.insertion && psm->shaft == usual.shaft;
+        int form = !head->has_psm[a] ? 0 : is_usual ? 1 : 2;
+        OM_TRY(code_int(c, &form, 0, 2));
+        head->has_psm[a] = form > 0;
+        if (form == 0) continue;
+        if (form == 1) psm->insertion = usual.insertion, psm->shaft = usual.shaft;
+        if (form == 2) OM_TRY(code_numbers(c, &psm->insertion, 1));
+        if (form == 2) OM_TRY(code_numbers(c, &psm->shaft, 1));
         OM_TRY(code_pose(c, &psm->pose_world_rcm));
         OM_TRY(code_numbers(c, &psm->wrist, 1));
         OM_TRY(code_numbers(c, psm->q_min, OM_PSM_NJOINT));

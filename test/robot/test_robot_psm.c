@@ -355,6 +355,45 @@ static void instruments_are_read_from_files(void** state) {
     OmPsm before = read;
     assert_status(om_psm_load_instrument(test_data("dvrk/PSM.json"), &read), OM_UNAVAILABLE);
     assert_memory_equal(&read, &before, sizeof read);
+    // the arms: the Classic one is built in
+    assert_ok(om_psm_load_arm(test_data("dvrk/PSM.json"), &read));
+    assert_memory_equal(&read, &before, sizeof read);
+    assert_ok(om_psm_load_arm(test_data("dvrk/PSM_Si.json"), &read));
+    assert_near(read.insertion, -0.4826, 0);
+    assert_near(read.q_max[0], 2.964, 0);
+    assert_near(read.q_min[1], -1.265, 0);
+    assert_near(read.q_max[2], 0.29, 0);
+    before = read;
+    assert_status(om_psm_load_arm(test_data("dvrk/PROGRASP_FORCEPS_400093.json"), &read),
+                  OM_UNAVAILABLE);
+    assert_memory_equal(&read, &before, sizeof read);
+}
+
+// An S instrument on an Si arm: the tip at zero is insertion + shaft + wrist below the remote centre, and the inverse
+// finds joints back that the Classic arm does not have.
+static void a_longer_arm(void** state) {
+    (void)state;
+    static const char arm[] =
+        "{\"DH\": {\"convention\": \"modified\", \"joints\": ["
+        "{\"alpha\": 1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, \"offset\": 1.5708, \"qmin\": -2.9, "
+        "\"qmax\": 2.9},{\"alpha\": -1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, \"offset\": -1.5708, "
+        "\"qmin\": -1.2, \"qmax\": 1.3},{\"alpha\": 1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, "
+        "\"offset\": -0.48, \"qmin\": 0, \"qmax\": 0.29}]}}";
+    static const char tool[] =
+        "{\"DH\": {\"convention\": \"modified\", \"joints\": ["
+        "{\"alpha\": 0, \"A\": 0, \"theta\": 0, \"D\": 0.467, \"offset\": 0, \"qmin\": -4, "
+        "\"qmax\": 4},{\"alpha\": -1.5708, \"A\": 0, \"theta\": 0, \"D\": 0, \"offset\": -1.5708, "
+        "\"qmin\": -1, \"qmax\": 1},{\"alpha\": -1.5708, \"A\": 0.009, \"theta\": 0, \"D\": 0, "
+        "\"offset\": -1.5708, \"qmin\": -1, \"qmax\": 1}]}, \"jaw\": {\"qmin\": 0, \"qmax\": 1}}";
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    assert_ok(om_psm_parse_arm(arm, sizeof arm - 1, "arm.json", &psm));
+    assert_ok(om_psm_parse_instrument(tool, sizeof tool - 1, "tool.json", &psm));
+    const double zero[6] = {0}, q[6] = {2.1, 0.9, 0.27, -1, 0.4, -0.3};
+    assert_near(om_psm_forward(&psm, zero).p.z, 0.48 - 0.467 - 0.009, 1e-12);
+    double found[6];
+    assert_ok(om_psm_inverse(&psm, om_psm_forward(&psm, q), q, found));
+    for (int k = 0; k < 6; ++k) assert_near(found[k], q[k], 1e-9);
+    assert_status(om_psm_parse_arm(tool, sizeof tool - 1, "tool.json", &psm), OM_UNAVAILABLE);
 }
 
 // A made file of that form, with more keys than are read: its wrist moves the tip.
@@ -439,6 +478,7 @@ int main(void) {
         cmocka_unit_test(capsules_enclose_the_drawn_tool),
         cmocka_unit_test(the_drawing_follows_the_joints),
         cmocka_unit_test(instruments_are_read_from_files),
+        cmocka_unit_test(a_longer_arm),
         cmocka_unit_test(a_made_instrument_is_read),
         cmocka_unit_test(instruments_of_another_form_are_refused),
         cmocka_unit_test(refused_memory_leaks_nothing),

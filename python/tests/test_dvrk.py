@@ -1,0 +1,72 @@
+"""The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SMALL = ROOT / "test/cli/small.yaml"
+DOMAIN = 100 + (os.getpid() + 77) % 100
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """omentum dvrk on a small scene; its output is in a file."""
+    program = os.environ.get("OMENTUM_PROGRAM")
+    if not program:
+        pytest.skip("needs the program: OMENTUM_PROGRAM")
+    pytest.importorskip("cyclonedds")
+    log = tmp_path / "robot"
+    with open(log, "w", encoding="utf-8") as out:
+        process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60"], stdout=out, stderr=out)
+    end = time.time() + 20
+    while "PSM1" not in log.read_text() and time.time() < end:
+        time.sleep(0.05)
+    yield log
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) == 0
+
+
+def client(*arguments):
+    script = ROOT / "python/examples/dvrk_grasp.py"
+    return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, text=True)
+
+
+def test_a_client_of_twenty_lines_grasps_and_pulls(robot):
+    text, _ = client("-40", "-40", "4").communicate(timeout=40)
+    tip = float(re.search(r"z = ([\d.]+) mm", text).group(1))
+    assert "holds tissue" in text and abs(tip - 34) < 1.5  # mm: the noise of a measured tip
+    assert "refused" not in robot.read_text()
+
+
+def test_a_client_that_is_killed_leaves_the_robot_well(robot):
+    process = client("-40", "-40", "4")
+    end = time.time() + 20
+    while "homed" not in robot.read_text() and time.time() < end:
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    while "no client reads the arms any more" not in robot.read_text() and time.time() < end + 20:
+        time.sleep(0.05)
+    assert "no client reads the arms any more" in robot.read_text()
+
+
+def test_hashes_of_types():
+    """Of the .msg files, as rosbags computes them. A wrong digit in type_table would be noticed."""
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    for name, text in {"crtk_msgs/msg/StringStamped": "std_msgs/Header header\nstring string\n",
+                       "crtk_msgs/msg/OperatingState": "std_msgs/Header header\nstring state\nbool is_homed\nbool is_busy\n",
+                       "omentum_msgs/msg/Tick": "uint32 client\nuint32 number\nuint32 ncommand\nuint32 what\nfloat64 dt\n",
+                       "omentum_msgs/msg/Tock": "uint32 client\nuint32 number\nfloat64 time\nstring error\n"}.items():
+        store.register(typesys.get_types_from_msg(text, name))
+    source = (ROOT / "src/dds/dds_link.c").read_text(encoding="utf-8")
+    rows = re.findall(r"&(\w+?)_msg_dds__(\w+)__desc,\s*\"(RIHS01_[0-9a-f]{64})\"", source)
+    assert len(rows) == 14
+    for package, name, digest in rows:
+        assert store.hash_rihs01(f"{package}/msg/{name}") == digest, (package, name)

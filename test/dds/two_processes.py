@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""omentum dvrk and omentum retract --world dds in two processes.
+
+    two_processes.py PROGRAM SCENE CASE
+
+lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
+kill_robot     kill -9 of the robot ends the run with a sentence
+kill_client    kill -9 of the run leaves a robot that says so, serves, and ends well
+"""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PROGRAM, SCENE, CASE = sys.argv[1:4]
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "kill_robot": 30, "kill_client": 60}[CASE]) % 100)
+os.environ.pop("CYCLONEDDS_URI", None)
+TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
+# of the truth, which the robot does not show, and of clocks
+OTHER = {"state_hash", "times_world_above_force_threshold", "true_attached_share", "dice"}
+
+
+def fail(why):
+    sys.exit(f"two_processes.py {CASE}: {why}")
+
+
+def begin(log, *args):
+    return subprocess.Popen([PROGRAM, *args], stdout=open(TMP / log, "w"), stderr=subprocess.STDOUT)
+
+
+def text(log):
+    return (TMP / log).read_text(encoding="utf-8")
+
+
+def wait_for(log, words, seconds=30):
+    end = time.time() + seconds
+    while words not in text(log):
+        if time.time() > end:
+            fail(f'no "{words}" in {log}:\n{text(log)}')
+        time.sleep(0.02)
+
+
+def is_other(key):
+    return key in OTHER or "world" in key or key.endswith("_ms") or key.startswith("wall_") or "ms_" in key
+
+
+def differences(a, b, path=""):
+    if isinstance(a, dict):
+        keys = {k for k in set(a) | set(b) if not is_other(k)}
+        return [d for k in sorted(keys) for d in differences(a.get(k), b.get(k), f"{path}/{k}")]
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+        return [d for i, (p, q) in enumerate(zip(a, b)) for d in differences(p, q, f"{path}/{i}")]
+    return [] if a == b else [f"{path}: {str(a)[:60]} and {str(b)[:60]}"]
+
+
+def lock_step():
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--lock-step")
+    wait_for("robot", "PSM1 and PSM2")
+    far = begin("far", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "far_run"))
+    near = begin("near", "retract", SCENE, "-q", "-o", str(TMP / "near_run"))
+    codes = near.wait(), far.wait()
+    robot.send_signal(signal.SIGINT)
+    if robot.wait() != 0:
+        fail(f"the robot ends with {robot.returncode}:\n{text('robot')}")
+    if codes[0] != codes[1] or codes[0] not in (0, 1):
+        fail(f"exit codes {codes}:\n{text('near')}\n{text('far')}")
+    runs = [json.loads((TMP / f"{run}_run/run.json").read_text(encoding="utf-8")) for run in ("near", "far")]
+    if len(runs[0]["actions"]) < 3 or len(runs[0]["samples"]) < 10:
+        fail("the run is too short to say anything")
+    found = differences(*runs)
+    if found:
+        fail(f"{len(found)} differences, the first: " + "; ".join(found[:5]))
+    print(f"{len(runs[0]['actions'])} actions, {len(runs[0]['samples'])} samples are the same")
+
+
+def both(seconds="60"):
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", seconds)
+    wait_for("robot", "PSM1 and PSM2")
+    run = begin("run", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
+    wait_for("robot", "PSM2: home: ENABLED, homed")
+    time.sleep(0.5)
+    return robot, run
+
+
+def kill_robot():
+    robot, run = both()
+    robot.kill()
+    start = time.time()
+    code = run.wait(20)
+    if code != 3 or "motion has stopped" not in text("run"):
+        fail(f"exit code {code}:\n{text('run')}")
+    if time.time() - start > 5:
+        fail(f"the run needs {time.time() - start:.1f} s to end")
+    robot.wait()
+
+
+def kill_client():
+    robot, run = both()
+    run.kill()
+    run.wait()
+    wait_for("robot", "no client reads the arms any more", 10)
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0 or "late" not in text("robot"):
+        fail(f"exit code {robot.returncode}:\n{text('robot')}")
+
+
+{"lock_step": lock_step, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+subprocess.run(["rm", "-rf", str(TMP)], check=True)
