@@ -38,7 +38,7 @@ OM_API OmDdsDef om_dds_default_def(void);
 typedef struct OmDdsRobotDef {
     OmCookie cookie;
     OmDdsDef dds;
-    OmWorld* world;        // simulated, at rest; borrowed
+    OmWorld* world;        // simulated, at rest, arms parked; borrowed
     const OmScene* scene;  // borrowed, with the site
     const OmSite* site;
     // A second world of this scene and site: pictures are taken of it, from snapshots of the first, in another thread;

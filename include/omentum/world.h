@@ -185,6 +185,9 @@ OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site)
 #define OM_WORLD_MIN_VISIBLE 0.9
 /// The true body of a simulated world, for recordings and evaluation; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
+/// Where an arm of a simulated world measures itself, without tremor (pose_world_tip): the start of its next motion.
+/// @return false, and the identity, for a world that is not simulated or without that arm
+OM_API bool om_world_setpoint(const OmWorld* world, int arm, OmPose* setpoint);
 /// Shaft, wrist and jaws of an arm at the current pose; the triangles never change. Valid until the next call; null for
 /// a world that is not simulated.
 OM_API const OmSurface* om_world_tool(OmWorld* world, int arm);

@@ -264,12 +264,12 @@ static OmStatus publish_arm(OmDdsRobot* r, int a, double dt) {
     const OmPose back = om_pose_inverse(hand->core.psm.pose_world_rcm);
     char base[32];
     snprintf(base, sizeof base, "%s_base", hand->name);
+    OM_TRY(send_forces(r, hand, o));
     OM_TRY(send_joints(r, hand, o, dt));
     OM_TRY(send_pose(r, hand->measured_cp, WORLD, o->tip));
     OM_TRY(send_pose(r, hand->setpoint_cp, WORLD, hand->core.setpoint));
     OM_TRY(send_pose(r, hand->local_measured, base, om_pose_mul(back, o->tip)));
-    OM_TRY(send_pose(r, hand->local_setpoint, base, om_pose_mul(back, hand->core.setpoint)));
-    return send_forces(r, hand, o);
+    return send_pose(r, hand->local_setpoint, base, om_pose_mul(back, hand->core.setpoint));
 }
 
 static void add_frame(LinkMessage* m, const char* child, OmPose pose_world_child) {
@@ -658,9 +658,14 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
     return OM_OK;
 }
 
+// The robot knows its base where its measurements put it: off by the error of its calibration.
 static OmStatus begin_hand(OmDdsRobot* r, int a) {
-    const OmPsm psm = om_world_place_psm(r->def.site, a);
-    const OmPose tip = om_world_place_tip(r->def.site, a);
+    OmPsm psm = om_world_place_psm(r->def.site, a);
+    OmPose tip;
+    OM_CHECK(om_world_setpoint(r->def.world, a, &tip), OM_INVALID,
+             "OmDdsRobotDef.world is not simulated");
+    const OmVec3 off = om_sub(tip.p, om_world_place_tip(r->def.site, a).p);
+    psm.pose_world_rcm.p = om_add(psm.pose_world_rcm.p, off);
     const double zero[OM_PSM_NJOINT] = {0};
     double q[OM_PSM_NJOINT];
     snprintf(r->hand[a].name, sizeof r->hand[a].name, "PSM%d", a + 1);

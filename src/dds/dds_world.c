@@ -33,8 +33,9 @@ typedef struct Limb {  // an arm as its topics show it
     int state, error, tool_type;
     int state_command, servo_cp, jaw_move, hold;
     OmArmObservation now;
-    double stamp_js, stamp_cp, stamp_jaw;  // s, of the last messages
-    double heard;                          // s of the wall clock, when measured_cp came last
+    // s, of the last messages
+    double stamp_js, stamp_cp, stamp_jaw, stamp_jaw_goal, stamp_wrench;
+    double heard;  // s of the wall clock, when measured_cp came last
     bool has_cp, has_js, has_jaw, has_setpoint, has_state;
     char frame[64];  // of measured_cp
     char tool[64];   // tool_type
@@ -165,7 +166,10 @@ static void take_joints(DdsWorld* w, Limb* l) {
         l->has_js = true;
     }
     while (om__link_take(w->link, l->jaw_setpoint, &m))
-        if (m.joints.nposition == 1) l->now.jaw_goal = m.joints.position[0];
+        if (m.joints.nposition == 1) {
+            l->now.jaw_goal = m.joints.position[0];
+            l->stamp_jaw_goal = m.time;
+        }
     while (om__link_take(w->link, l->jaw_measured, &m)) {
         if (m.joints.nposition != 1) continue;
         l->now.jaw = m.joints.position[0];
@@ -207,6 +211,7 @@ static void take_wrench(DdsWorld* w, Limb* l) {
         OmPose frame;
         if (!find_frame(w, m.frame, &frame)) continue;
         l->now.has_wrench = true;
+        l->stamp_wrench = m.time;
         l->now.force = om_quat_rotate(frame.q, m.wrench.force);
         l->now.torque = om_quat_rotate(frame.q, m.wrench.torque);
     }
@@ -356,7 +361,8 @@ static bool is_at(double stamp, double time) { return stamp >= time - SAME_TIME;
 static bool has_answers(const DdsWorld* w, unsigned what, double time) {
     for (int a = 0; a < w->head.narm; ++a) {
         const Limb* l = &w->limb[a];
-        if (!is_at(l->stamp_cp, time) || !is_at(l->stamp_js, time) || !is_at(l->stamp_jaw, time))
+        if (!is_at(l->stamp_cp, time) || !is_at(l->stamp_js, time) || !is_at(l->stamp_jaw, time) ||
+            !is_at(l->stamp_jaw_goal, time) || (l->now.has_wrench && !is_at(l->stamp_wrench, time)))
             return false;
     }
     if (what & OM_OBSERVE_IMAGE && !is_at(w->endoscope.stamp, time)) return false;
@@ -766,6 +772,7 @@ OmStatus om_world_create_dds(const OmDdsWorldDef* def, OmWorld** world) {
         w->limb[a].hold = -1;
         w->limb[a].heard = om_clock_now();
         w->limb[a].stamp_cp = w->limb[a].stamp_js = w->limb[a].stamp_jaw = -INFINITY;
+        w->limb[a].stamp_jaw_goal = w->limb[a].stamp_wrench = -INFINITY;
     }
     OmStatus status = om__link_create(&def->dds, &w->link);
     if (status == OM_OK) status = add_all(w);

@@ -295,8 +295,11 @@ OmStatus om__retract_run(const OmRetractDef* def, Replay* replay, const OmProgre
         if (kept < 0) status = kept;
     }
     if (status >= 0) status = om_loop_take_result(setup.loop, result);
+    // a job that is cancelled below has a message of its own
+    char message[1000];
+    snprintf(message, sizeof message, "%s", om_error_message());
     setup_done(&setup);
-    return status;
+    return status < 0 ? om_error(status, "%s", message) : status;
 }
 
 OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,

@@ -23,8 +23,9 @@
 
 typedef struct ArmState {
     double q[OM_PSM_NJOINT];
-    OmPose tip, goal;                 // pose_world_tip
-    double speed;                     // m/s
+    OmPose tip;        // pose_world_tip
+    OmPose set, goal;  // the same, as the arm measures it, without tremor; of a motion
+    double speed;      // m/s
     double jaw, jaw_goal, jaw_speed;  // rad, rad/s
     bool is_moving;
 } ArmState;
@@ -98,13 +99,23 @@ OmPose om_world_place_tip(const OmSite* site, int index) {
     return om_pose_mul(site->pose_world_task, (OmPose){park, om_quat_from_mat3(down)});
 }
 
+// The constant error of an arm's calibration: where it measures its tip, less where the tip is.
+static OmVec3 tool_offset(const SimWorld* w, int index) {
+    OmRng rng = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)index);
+    double still[3];
+    for (int i = 0; i < 3; ++i) still[i] = om_rng_normal(&rng);
+    return om_scale(w->scene->world.tool_noise, om_load3(still, 0));
+}
+
 static OmStatus place_arm(SimWorld* w, int index) {
     ArmState* arm = &w->now.arm[index];
     Tool* tool = &w->tool[index];
     OmVec3 half = w->site->half_size;
     tool->psm = om_world_place_psm(w->site, index);
     arm->tip = om_world_place_tip(w->site, index);
-    arm->goal = arm->tip;
+    arm->set = arm->tip;
+    arm->set.p = om_add(arm->tip.p, tool_offset(w, index));
+    arm->goal = arm->set;
     const double zero[OM_PSM_NJOINT] = {0};
     OmStatus status = om_psm_inverse(&tool->psm, arm->tip, zero, arm->q);
     if (status < 0)
@@ -114,21 +125,17 @@ static OmStatus place_arm(SimWorld* w, int index) {
     return om_psm_surface(&tool->psm, arm->q, arm->jaw, &tool->surface);
 }
 
-// The constant error of an arm's calibration: where it measures its tip, less where the tip is.
-static OmVec3 tool_offset(const SimWorld* w, int index) {
-    OmRng rng = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)index);
-    double still[3];
-    for (int i = 0; i < 3; ++i) still[i] = om_rng_normal(&rng);
-    return om_scale(w->scene->world.tool_noise, om_load3(still, 0));
+// Where the tip is when the arm measures itself at a pose.
+static OmPose true_pose(const SimWorld* w, int index, OmPose measured) {
+    return (OmPose){om_sub(measured.p, tool_offset(w, index)), measured.q};
 }
 
 // The arm steers by what it measures: it is at its goal when it measures itself there.
 static OmStatus sim_move(OmWorld* world, int index, OmPose goal, double speed) {
     SimWorld* w = (SimWorld*)world;
-    goal.p = om_sub(goal.p, tool_offset(w, index));
     ArmState* arm = &w->now.arm[index];
     double q[OM_PSM_NJOINT];
-    OmStatus status = om_psm_inverse(&w->tool[index].psm, goal, arm->q, q);
+    OmStatus status = om_psm_inverse(&w->tool[index].psm, true_pose(w, index, goal), arm->q, q);
     if (status < 0) return om_error_prefix(status, "PSM%d", index + 1);
     arm->goal = goal;
     arm->speed = speed;
@@ -145,7 +152,7 @@ static OmStatus sim_set_jaw(OmWorld* world, int index, double angle) {
 
 static void sim_stop(OmWorld* world, int index) {
     ArmState* arm = &((SimWorld*)world)->now.arm[index];
-    arm->goal = arm->tip;
+    arm->goal = arm->set;
     arm->is_moving = false;
 }
 
@@ -175,17 +182,17 @@ static double angle_between(OmQuat a, OmQuat b) {
 
 // The pose after `dt` seconds of a straight motion; the slower of translation and rotation limits its speed.
 static OmPose step_towards(const ArmState* arm, double dt, bool* is_there) {
-    OmVec3 way = om_sub(arm->goal.p, arm->tip.p);
+    OmVec3 way = om_sub(arm->goal.p, arm->set.p);
     double left = om_norm(way), step = arm->speed * dt;
-    double angle = angle_between(arm->tip.q, arm->goal.q), turn = OM_WORLD_MAX_TURN * dt;
+    double angle = angle_between(arm->set.q, arm->goal.q), turn = OM_WORLD_MAX_TURN * dt;
     if (angle < SAME_ANGLE) angle = 0;
     *is_there = left <= step && angle <= turn * SLACK;
     if (*is_there) return arm->goal;
     OmPose next = arm->goal;
     double part = left > step ? step / left : 1;  // of the distance that is left
     if (part * angle > turn) part = turn / angle;
-    next.p = om_madd(arm->tip.p, part, way);
-    if (angle > 0) next.q = om_quat_slerp(arm->tip.q, arm->goal.q, part);
+    next.p = om_madd(arm->set.p, part, way);
+    if (angle > 0) next.q = om_quat_slerp(arm->set.q, arm->goal.q, part);
     return next;
 }
 
@@ -195,9 +202,10 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
         bool is_there;
         OmPose next = step_towards(arm, dt, &is_there);
         arm->is_moving = !is_there;
+        const OmPose tip = true_pose(w, index, next);
         // The goal is in reach, but a point of the path may be out of reach: the arm then stops.
-        if (om_psm_inverse(&w->tool[index].psm, next, arm->q, arm->q) == OM_OK)
-            arm->tip = next;
+        if (om_psm_inverse(&w->tool[index].psm, tip, arm->q, arm->q) == OM_OK)
+            arm->set = next, arm->tip = tip;
         else
             sim_stop(&w->head, index);
     }
@@ -318,8 +326,7 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
         for (int i = 0; i < 3; ++i) tremor[i] = 0.05 * om_rng_normal(&now);
         OmArmObservation* o = &obs->arm[a];
         o->time = w->now.time;
-        o->tip.p = om_add(om_madd(arm->tip.p, w->scene->world.tool_noise, om_load3(tremor, 0)),
-                          tool_offset(w, a));
+        o->tip.p = om_madd(arm->set.p, w->scene->world.tool_noise, om_load3(tremor, 0));
         o->tip.q = arm->tip.q;
         memcpy(o->q, arm->q, sizeof o->q);
         o->jaw = arm->jaw;
@@ -458,6 +465,13 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
 
 OmBody* om_world_truth(OmWorld* world) {
     return world && world->ops == &sim_ops ? ((SimWorld*)world)->body : NULL;
+}
+
+bool om_world_setpoint(const OmWorld* world, int index, OmPose* setpoint) {
+    *setpoint = om_pose_identity();
+    if (!world || world->ops != &sim_ops || index < 0 || index >= world->narm) return false;
+    *setpoint = ((const SimWorld*)world)->now.arm[index].set;
+    return true;
 }
 
 const OmSurface* om_world_tool(OmWorld* world, int index) {

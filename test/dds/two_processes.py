@@ -78,7 +78,7 @@ def lock_step():
 
 
 def both(seconds="60"):
-    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", seconds)
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", seconds, "--rate", "50", "--pictures", "10")
     wait_for("robot", "PSM1 and PSM2")
     run = begin("run", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
     wait_for("robot", "PSM2: home: ENABLED, homed")
