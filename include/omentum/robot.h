@@ -46,8 +46,8 @@ OM_API OmStatus om_psm_load_instrument(const char* path, OmPsm* psm);
 /// @return as om_psm_load_instrument, without OM_IO
 OM_API OmStatus om_psm_parse_instrument(const char* text, size_t size, const char* name,
                                         OmPsm* psm);
-/// Replace the arm under the instrument: limits of yaw, pitch and insertion, and where the insertion begins, from a file
-/// of the dVRK's configuration (share/arm/PSM.json, PSM_Si.json). An S or Si instrument needs the arm PSM_Si.
+/// Replace the arm under the instrument: limits of yaw, pitch and insertion, and where the insertion begins, from a
+/// file of the dVRK's configuration (share/arm/PSM.json, PSM_Si.json). An S or Si instrument needs the arm PSM_Si.
 /// @return as om_psm_load_instrument
 OM_API OmStatus om_psm_load_arm(const char* path, OmPsm* psm);
 /// The same from memory; `name` is the file's in messages.
