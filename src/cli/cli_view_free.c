@@ -57,14 +57,11 @@ static OmStatus live(Hand* h) {
 static OmStatus run(OmCliRetract* s, OmViewServer* server, const char* path, double modified,
                     const char* notice) {
     Hand h = {.s = s, .server = server, .path = path, .modified = modified};
-    char line[OM_VIEW_MAX_LINE + 1];
     const OmProgress* progress = om_cli_progress(s->is_quiet);
     OmStatus status = OM_OK;
     OM_TRY_DONE(om__hand_begin(&h, progress));
     om_cli_progress_done();
     OM_TRY_DONE(notice ? om_cli_view_say(server, notice, false) : om__hand_say_material(&h));
-    while (om_view_server_next(server, line, sizeof line)) {
-    }  // they were of an earlier scene
     status = live(&h);
 done:
     om__hand_done(&h);

@@ -445,6 +445,7 @@ OmStatus om__hand_begin(Hand* h, const OmProgress* progress) {
     bool holds_lowest = false;
     h->scene = h->s->scene;
     h->young = 1;
+    h->counted = om_clock_now();
     if (h->s->has_scene) {
         OM_TRY(om_site_build_tissue(&h->scene, progress, &h->site, &holds_lowest));
         h->held = holds_lowest ? "its lowest layer is held, as the file says nothing of attachments"
@@ -456,6 +457,9 @@ OmStatus om__hand_begin(Hand* h, const OmProgress* progress) {
     h->radius = fmin(fmax(0.2 * fmin(half.x, half.y), 0.004), 0.05);
     OM_TRY(make_ball(h));
     OM_TRY(make_body(h));
+    char line[OM_VIEW_MAX_LINE + 1];
+    while (om_view_server_next(h->server, line, sizeof line)) {
+    }  // they were of an earlier scene
     return send_scene(h);
 }
 
