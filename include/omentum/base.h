@@ -234,6 +234,10 @@ typedef void (*OmRangeFn)(void* ctx, int begin, int end, int block);
 OM_API void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
 static inline int om_block_count(int n, int grain) { return (n + grain - 1) / grain; }
 
+/// The same blocks, but where om_stop_poll asks to stop the remaining ones are left out: what fn writes is then not whole.
+/// @return OM_OK; OM_CANCELLED
+OM_API OmStatus om_parallel_for_stop(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
+
 /// A team of workers running one function together, for iterative kernels whose loops are too short to
 /// fork for each: split the work by rank into fixed blocks, and meet at om_team_barrier.
 typedef struct OmTeam OmTeam;
@@ -259,6 +263,19 @@ typedef struct OmProgress {
 /// @return OM_OK; OM_CANCELLED (the listener requests an end)
 OM_API OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
                                    double total);
+
+/// A function that says whether this thread should stop what it computes, for Ctrl-C and the like: long calls that take no
+/// OmProgress ask it, and those that take one ask it too. Each thread has its own; null (the default): none.
+/// @param fn  true: stop. It is called on this thread, every OM_STOP_PERIOD at most, and calls nothing of omentum
+OM_API void om_stop_set(bool (*fn)(void* ctx), void* ctx);
+#define OM_STOP_PERIOD 0.02  // s
+/// Whether this thread has such a function.
+OM_API bool om_stop_is_set(void);
+/// Ask that function. Once it has said true, every call says so, until om_stop_take.
+/// @return OM_OK; OM_CANCELLED
+OM_API OmStatus om_stop_poll(void);
+/// Whether the function has said true since the last call of this one.
+OM_API bool om_stop_take(void);
 
 /// Draws progress with rate and time left: a bar on a terminal, a plain line every few seconds elsewhere.
 typedef struct OmProgressBar {

@@ -10,6 +10,7 @@ are refused there (Unavailable).
 """
 from __future__ import annotations
 
+import _thread as _thread_module
 import ctypes
 import os
 import pathlib
@@ -137,8 +138,30 @@ def _check(status: int, function: Any, arguments: Any) -> int:
         raised = _take_raised()
         if raised is not None:
             raise raised
+        if status == c.OmStatus.CANCELLED and lib.om_stop_take():
+            interrupted()
         raise make_error(status)
     return status
+
+
+def interrupted() -> None:
+    """Ctrl-C has ended a call: run the handler of the signal, which was put off, and raise what it raises."""
+    _thread_module.interrupt_main()
+    for _ in range(100):  # the handler runs between two of these
+        pass
+    raise KeyboardInterrupt
+
+
+# Whether the signal of Ctrl-C has come, as a function that C may ask: it takes the GIL and runs nothing in Python, so the
+# handler cannot raise inside of it, where an exception would be lost.
+_ASK = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p)
+_ask_python = _ASK(ctypes.pythonapi.PyOS_InterruptOccurred)
+
+
+def listen_to_interrupts(is_on: bool = True) -> None:
+    """Let Ctrl-C end long calls of C on this thread, which is the main one."""
+    if threading.current_thread() is threading.main_thread():
+        lib.om_stop_set(_ask_python if is_on else _ASK(), None)
 
 
 def make_error(status: int) -> Error:
@@ -211,6 +234,7 @@ def _load() -> Any:
 
 
 lib = _load()
+listen_to_interrupts()
 
 
 def data_path(name: str) -> pathlib.Path:
@@ -379,11 +403,14 @@ class Interrupts:
     runs handlers in the main thread alone: elsewhere nothing is changed.
     """
 
-    def __init__(self) -> None:
-        self.is_set = False
+    def __init__(self, ends_calls: bool = True) -> None:
+        """ends_calls: whether the call that runs is stopped, too; else it comes to its end first."""
+        self.is_set, self._ends_calls = False, ends_calls
         self._former: Any = None
 
     def __enter__(self) -> Interrupts:
+        if not self._ends_calls:
+            listen_to_interrupts(False)
         if threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT)):
             self._former = signal.signal(signal.SIGINT, self._note)
         return self
@@ -393,6 +420,8 @@ class Interrupts:
 
     def __exit__(self, *_: Any) -> None:
         former, self._former = self._former, None
+        if not self._ends_calls:
+            listen_to_interrupts()
         if former is not None:
             signal.signal(signal.SIGINT, former)
             if self.is_set:

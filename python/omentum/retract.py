@@ -221,7 +221,7 @@ class Loop(Owner):
 
     def run(self) -> RetractResult:
         """Tick to the end. Ctrl-C stops the arms; the loop ends as cancelled, then KeyboardInterrupt is raised."""
-        with Interrupts() as interrupts:
+        with Interrupts(ends_calls=False) as interrupts:  # a tick is whole: the loop stops the arms itself
             while self.phase != "ended":
                 if interrupts.is_set:
                     self.command("cancel")

@@ -94,6 +94,7 @@ class Scan(Owner):
 
     def plot(self, ax: Any = None) -> Any:
         """Draw its triangles, or its points where it has none, with matplotlib; the axes are returned."""
+        self._c  # noqa: B018 - a closed one draws nothing
         ax = _plot.axes_3d(ax)
         if len(self.tri):
             _plot.triangles(ax, self.x, self.tri)
@@ -104,6 +105,7 @@ class Scan(Owner):
 
     def to_pyvista(self) -> Any:
         """A pyvista.PolyData, m, with `normal` at its points."""
+        self._c  # noqa: B018 - a closed one draws nothing
         pyvista = need("pyvista", "to_pyvista()")
         poly = pyvista.PolyData(self.x.copy(), np.insert(self.tri, 0, 3, axis=1).ravel()) if len(self.tri) else pyvista.PolyData(self.x.copy())
         poly.point_data["normal"] = self.normal.copy()

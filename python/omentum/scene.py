@@ -105,6 +105,7 @@ class Site(Owner):
 
     def plot(self, ax: Any = None) -> Any:
         """Draw mesh, organ and region of interest at rest with matplotlib; the axes are returned."""
+        self._c  # noqa: B018 - a closed one draws nothing
         ax = self.mesh.plot(ax)
         if self.organ:
             _plot.triangles(ax, self.organ.x, self.organ.tri, _plot.FLESH, 0.5)
@@ -114,6 +115,7 @@ class Site(Owner):
 
     def to_pyvista(self) -> Any:
         """A pyvista.MultiBlock: "tissue", "roi", and "organ" where there is one."""
+        self._c  # noqa: B018 - a closed one draws nothing
         blocks = need("pyvista", "to_pyvista()").MultiBlock()
         blocks["tissue"], blocks["roi"] = self.mesh.to_pyvista(), self.roi.to_pyvista()
         if self.organ:
@@ -350,6 +352,7 @@ class Body(Owner):
     def plot(self, measure: str | None = None, ax: Any = None, color: Any = _plot.FAT) -> Any:
         """Draw the present shape with matplotlib, and the organ below it; attached and grasped vertices are marked, and the axes
         returned. measure: colours the tissue, as of Tissue.measure."""
+        self._c  # noqa: B018 - a closed one draws nothing
         ax = _plot.axes_3d(ax)
         if self.site.organ:
             _plot.triangles(ax, self.site.organ.x, self.site.organ.tri, _plot.FLESH, 0.5)
@@ -359,6 +362,7 @@ class Body(Owner):
     def to_pyvista(self, *measures: str) -> Any:
         """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements.
         `body.site.organ.to_pyvista()` is the organ."""
+        self._c  # noqa: B018 - a closed one draws nothing
         mesh = self.mesh
         grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
         for name in measures:

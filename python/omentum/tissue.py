@@ -392,11 +392,13 @@ class Tissue(Owner):
     def plot(self, measure: str | None = None, ax: Any = None, color: Any = _plot.FAT) -> Any:
         """Draw the present shape with matplotlib, attached and grasped vertices marked; the axes are returned. measure: colours the
         surface, as of measure()."""
+        self._c  # noqa: B018 - a closed one draws nothing
         values = None if measure is None else self.measure(measure)
         return _plot.deformed(ax, self.mesh, self.x, self.attached, self.held_by, measure, values, color)
 
     def to_pyvista(self, *measures: str) -> Any:
         """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements."""
+        self._c  # noqa: B018 - a closed one draws nothing
         mesh = self.mesh
         grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
         for name in measures:

@@ -27,7 +27,10 @@ def make_all(box, folder):
                sense, om.Scan(np.zeros((3, 3))), om.Matcher(scene, site), om.BanetNet.load(), om.Report("title"), om.View(body), *environments]
 
     class Mine(om.World):
-        pass
+        def refuse(self, *_):
+            raise NotImplementedError
+
+        move = set_jaw = stop = advance = observe = refuse
 
     data = om.BanetData.generate(folder / "data", 1, 916, {"way": "exact", "extent": (0.06, 0.08)}, shard=1, npicture=0)
     recorded = om.RecordedWorld(om.SimulatedWorld(scene), folder / "world.log")

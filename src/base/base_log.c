@@ -1,4 +1,4 @@
-// base_log.c: log lines, progress, the clock, hashes.
+// base_log.c: log lines, progress, requests to stop, the clock, hashes.
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -32,10 +32,43 @@ void om_log(OmLogLevel level, const char* format, ...) {
 
 OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
                             double total) {
+    OM_TRY(om_stop_poll());
     if (!progress || !progress->report || progress->report(progress->ctx, stage, done, total)) {
         return OM_OK;
     }
     return om_error(OM_CANCELLED, "cancelled during %s", stage);
+}
+
+// ---- a request to stop ----------------------------------------------------------------------------------
+
+typedef struct Stop {
+    bool (*fn)(void* ctx);
+    void* ctx;
+    double last;  // s, of the clock, when it was asked
+    bool is_on;
+} Stop;
+
+static _Thread_local Stop stop;
+
+void om_stop_set(bool (*fn)(void* ctx), void* ctx) { stop = (Stop){.fn = fn, .ctx = ctx}; }
+
+bool om_stop_is_set(void) { return stop.fn != NULL; }
+
+OmStatus om_stop_poll(void) {
+    if (!stop.fn) return OM_OK;
+    if (!stop.is_on) {
+        const double now = om_clock_now();
+        if (now - stop.last < OM_STOP_PERIOD) return OM_OK;
+        stop.last = now;
+        stop.is_on = stop.fn(stop.ctx);
+    }
+    return stop.is_on ? om_error(OM_CANCELLED, "stopped by a request") : OM_OK;
+}
+
+bool om_stop_take(void) {
+    const bool was_on = stop.is_on;
+    stop.is_on = false;
+    return was_on;
 }
 
 double om_clock_now(void) {

@@ -383,3 +383,34 @@ void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx) {
     atomic_fetch_sub(&nrunning, 1);
     is_inside = false;
 }
+
+typedef struct Band {  // a run of blocks of a loop
+    OmRangeFn fn;
+    void* ctx;
+    int begin, block;  // first item and its block
+} Band;
+
+static void run_band(void* ctx, int begin, int end, int block) {
+    const Band* b = ctx;
+    b->fn(b->ctx, b->begin + begin, b->begin + end, b->block + block);
+}
+
+// Bands grow until one takes about a quarter of the period between two polls or more.
+OmStatus om_parallel_for_stop(int nworker, int n, int grain, OmRangeFn fn, void* ctx) {
+    if (!om_stop_is_set()) {
+        om_parallel_for(nworker, n, grain, fn, ctx);
+        return OM_OK;
+    }
+    if (grain < 1) grain = 1;
+    int64_t size = (int64_t)om_worker_count(nworker) * grain;
+    for (int64_t begin = 0; begin < n;) {
+        const double start = om_clock_now();
+        const int num = (int)(size < n - begin ? size : n - begin);
+        Band band = {fn, ctx, (int)begin, (int)(begin / grain)};
+        OM_TRY(om_stop_poll());
+        om_parallel_for(nworker, num, grain, run_band, &band);
+        begin += num;
+        if (om_clock_now() - start < OM_STOP_PERIOD / 4) size *= 2;
+    }
+    return OM_OK;
+}

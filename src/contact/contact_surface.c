@@ -321,6 +321,7 @@ OmStatus om_contact_surface_make(const OmTetMesh* mesh, int ntri, OmSurface* sur
     OM_TRY_DONE(push_all(&s, sign));
     while (s.nheap > 0 && (sign > 0 ? s.nalive > ntri : s.nalive < ntri)) {
         Edge e = pop_edge(&s);
+        if (s.nheap % 64 == 0) OM_TRY_DONE(om_stop_poll());
         if (e.stamp != s.stamp[e.a] + s.stamp[e.b]) continue;
         OM_TRY_DONE(sign > 0 ? collapse(&s, e.a, e.b) : split(&s, e.a, e.b));
     }

@@ -149,15 +149,21 @@ OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double ti
     answer->has_model = answer->is_final = false;
     answer->nsymbol = answer->ncost = 0;
     clingo_solve_handle_t* handle = NULL;
-    unsigned mode = time_limit > 0 ? clingo_solve_mode_async : 0, result = 0;
+    const bool waits = time_limit > 0 || om_stop_is_set();
+    unsigned mode = waits ? clingo_solve_mode_async : 0, result = 0;
     bool is_ok =
         clingo_control_solve(asp->control, mode, assume, (size_t)nassume, on_event, asp, &handle);
-    if (is_ok && time_limit > 0) {
+    OmStatus stopped = OM_OK;
+    if (is_ok && waits) {
         // a wait of clingo may end early, by the notification of its own thread's start: only the clock decides
-        const double end = om_clock_now() + time_limit;
+        const double most = time_limit > 0 ? time_limit : HUGE_VAL, end = om_clock_now() + most;
+        const double longest = om_stop_is_set() ? OM_STOP_PERIOD : HUGE_VAL;
         bool is_ready = false;
-        for (double left = time_limit; !is_ready && left > 0; left = end - om_clock_now())
-            clingo_solve_handle_wait(handle, left, &is_ready);
+        for (double left = most; !is_ready && left > 0 && stopped == OM_OK;
+             left = end - om_clock_now()) {
+            clingo_solve_handle_wait(handle, fmin(left, longest), &is_ready);
+            stopped = om_stop_poll();
+        }
         if (!is_ready) is_ok = clingo_solve_handle_cancel(handle);
     }
     is_ok = is_ok && clingo_solve_handle_get(handle, &result);
@@ -165,6 +171,7 @@ OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double ti
     if (handle && !clingo_solve_handle_close(handle) && status == OM_OK) {
         status = fail(asp, "solving the logic program");
     }
+    if (status >= 0 && stopped < 0) return om_error(stopped, "stopped by a request");
     if (status < 0) return status;
     log_messages(asp);
     OM_CHECK(

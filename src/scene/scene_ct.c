@@ -26,6 +26,7 @@ enum { CT_COOKIE = 0x30dc7, NSUB = 3, MAX_KERNEL = 9 };
 #define HU_TUMOUR 130.0    // with contrast agent
 #define LABEL_BLUR 0.8     // voxels
 #define ORGAN_DEPTH 0.024  // m, half the organ's extent along y
+#define POLL 65536  // voxels between two polls for a request to stop
 #define BELOW 0.022        // m, of the volume below y = 0, the organ's highest point
 #define ABOVE 0.026        // m, above it
 #define RIPPLE 0.03        // m, wavelength
@@ -148,6 +149,7 @@ static OmStatus blur(OmVolume* v, double sigma) {
     const int* dim = v->grid.dim;
     size_t stride[3];
     float* line;
+    OmStatus status = OM_OK;
     if (!(sigma > 0)) return OM_OK;
     for (int m = 0; m < MAX_KERNEL; ++m) {
         double x = m - MAX_KERNEL / 2;
@@ -160,6 +162,7 @@ static OmStatus blur(OmVolume* v, double sigma) {
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
         for (int ib = 0; ib < dim[b]; ++ib) {
+            OM_TRY_DONE(om_stop_poll());
             for (int ic = 0; ic < dim[c]; ++ic) {
                 float* first = (float*)v->voxel + (size_t)ib * stride[b] + (size_t)ic * stride[c];
                 for (int n = 0; n < dim[a]; ++n) line[n] = first[(size_t)n * stride[a]];
@@ -175,8 +178,9 @@ static OmStatus blur(OmVolume* v, double sigma) {
             }
         }
     }
+done:
     om_free(line);
-    return OM_OK;
+    return status;
 }
 
 static OmStatus make_empty(const OmCtDef* d, OmVolume* v) {
@@ -196,13 +200,17 @@ OmStatus om_ct_make(const OmCtDef* def, OmVolume* ct, OmVolume* truth) {
     OM_TRY(check_def(def));
     OM_TRY_DONE(make_empty(def, ct));
     OM_TRY_DONE(make_empty(def, truth));
-    for (int k = 0; k < ct->grid.dim[2]; ++k)
+    for (int k = 0; k < ct->grid.dim[2]; ++k) {
+        OM_TRY_DONE(om_stop_poll());
         for (int i = 0; i < ct->grid.dim[0]; ++i) fill_column(def, i, k, ct, truth);
+    }
     OM_TRY_DONE(blur(ct, def->blur));
     OmRng rng = om_rng_init(def->seed, 0);
     float* value = ct->voxel;
-    for (size_t n = 0; n < om_volume_count(ct); ++n)
+    for (size_t n = 0; n < om_volume_count(ct); ++n) {
         value[n] += (float)(def->noise * om_rng_normal(&rng));
+        if (n % POLL == 0) OM_TRY_DONE(om_stop_poll());
+    }
 done:
     if (status < 0) {
         om_volume_done(ct);

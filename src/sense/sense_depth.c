@@ -60,16 +60,14 @@ OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int n
                         float* depth, int* id, float* normal) {
     OM_TRY(om_camera_check(camera));
     Depth d = {scene, camera, om__make_view(camera), depth, id, NULL, normal};
-    om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
-    return OM_OK;
+    return om_parallel_for_stop(nworker, camera->height, ROWS, depth_rows, &d);
 }
 
 OmStatus om_sense_triangles(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                             float* depth, int* id, int* tri) {
     OM_TRY(om_camera_check(camera));
     Depth d = {scene, camera, om__make_view(camera), depth, id, tri, NULL};
-    om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
-    return OM_OK;
+    return om_parallel_for_stop(nworker, camera->height, ROWS, depth_rows, &d);
 }
 
 // ---- noise --------------------------------------------------------------------------------------------------

@@ -119,6 +119,5 @@ OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                 .options = *options,
                 .window = window,
                 .picture = picture};
-    om_parallel_for(options->nworker, window.height, ROWS, render_rows, &r);
-    return OM_OK;
+    return om_parallel_for_stop(options->nworker, window.height, ROWS, render_rows, &r);
 }

@@ -27,8 +27,8 @@ void om__points_select(const double* x, int* order, int begin, int end, int midd
 
 // Dimensions and origin of the grid over [lo, hi] and the margin; values are not set.
 OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf);
-// Fill the nodes of a grid from a function, in parallel.
-void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx);
+// Fill the nodes of a grid from a function, in parallel. OM_CANCELLED: a request to stop.
+OmStatus om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx);
 // Turn a function with the right zero level into a signed distance. If `volume` > 0 the level is
 // shifted so that the surface encloses this volume.
 OmStatus om__sdf_redistance(OmSdf* sdf, double volume);

@@ -283,12 +283,15 @@ OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* quality) {
     OM_ALLOC_DONE(part, mesh->ntet);
     OM_ALLOC_DONE(depth, mesh->nvert);
     OM_TRY_DONE(find_parts(mesh, part, &quality->npart));
+    OM_TRY_DONE(om_stop_poll());
     quality->nlayer = count_layers(mesh, boundary.nvert, vert, depth);
     quality->nvert = mesh->nvert;
     quality->ntet = mesh->ntet;
     quality->nboundary_tri = boundary.ntri;
     quality->volume = om_tet_mesh_volume(mesh);
+    OM_TRY_DONE(om_stop_poll());
     measure_angles(mesh, quality);
+    OM_TRY_DONE(om_stop_poll());
     OM_TRY_DONE(measure_edges(mesh, quality));
     status = om_surface_check_closed(&boundary, &quality->euler);
     quality->is_manifold = status == OM_OK;

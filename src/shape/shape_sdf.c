@@ -99,9 +99,9 @@ static void sample_slices(void* ctx, int begin, int end, int block) {
     }
 }
 
-void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx) {
+OmStatus om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx) {
     SampleTask task = {sdf, fn, ctx};
-    om_parallel_for(0, sdf->grid.dim[2], 1, sample_slices, &task);
+    return om_parallel_for_stop(0, sdf->grid.dim[2], 1, sample_slices, &task);
 }
 
 // ---- evaluation -------------------------------------------------------------------------------------------
@@ -288,10 +288,11 @@ OmStatus om__sdf_unsigned(const OmSurface* surface, double exact, OmSdf* sdf) {
     }
     seed_band(surface, sdf, &feet, sdf->d);
     for (int s = 0; s < 8; s++) {
+        OM_TRY_DONE(om_stop_poll());
         sweep(sdf, &feet, sdf->d, s & 1 ? -1 : 1, s & 2 ? -1 : 1, s & 4 ? -1 : 1);
     }
     RefineTask task = {surface, sdf, &feet, adr, corner, exact};
-    om_parallel_for(0, sdf->grid.dim[2], 1, refine_slices, &task);
+    OM_TRY_DONE(om_parallel_for_stop(0, sdf->grid.dim[2], 1, refine_slices, &task));
     for (size_t n = 0; n < nnode; n++) sdf->d[n] = sqrtf(sdf->d[n]);
 done:
     om_free(feet.point);
@@ -354,8 +355,8 @@ OmStatus om__sdf_redistance(OmSdf* sdf, double volume) {
 OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi, const OmSdfDef* def,
                               OmSdf* sdf) {
     OM_TRY(om__sdf_grid(def, lo, hi, sdf));
-    om__sdf_sample(sdf, fn, ctx);
-    OmStatus status = def->is_raw ? OM_OK : om__sdf_redistance(sdf, 0);
+    OmStatus status = om__sdf_sample(sdf, fn, ctx);
+    if (status >= 0 && !def->is_raw) status = om__sdf_redistance(sdf, 0);
     if (status < 0) om_sdf_done(sdf);
     return status;
 }
@@ -461,9 +462,9 @@ static OmStatus decide_gaps(const OmSurface* s, const OmSdf* sdf, unsigned char*
     OmWinding winding;
     OM_TRY(om__winding_init(s, NULL, 0, &winding));
     GapTask task = {sdf, &winding, vote};
-    om_parallel_for(0, sdf->grid.dim[2], 1, decide_slices, &task);
+    OmStatus status = om_parallel_for_stop(0, sdf->grid.dim[2], 1, decide_slices, &task);
     om__winding_done(&winding);
-    return OM_OK;
+    return status;
 }
 
 // Distances to the parts of the surface that bound the solid: walls between overlapping parts are left out.

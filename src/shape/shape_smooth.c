@@ -143,7 +143,7 @@ static void compute_error(Level* l) {
     }
 }
 
-static void smooth_level(Level* l, double sigma, int iterations) {
+static OmStatus smooth_level(Level* l, double sigma, int iterations) {
     float tap[MAX_TAP + 1];
     int r = gaussian_taps(sigma, tap);
     l->slope = 1 / (sqrt(2 * OM_PI) * sigma);  // sigma >= 0.5
@@ -152,10 +152,12 @@ static void smooth_level(Level* l, double sigma, int iterations) {
     blur(l, l->w, tap, r);
     for (size_t i = 0; i < n; i++) l->w[i] -= 0.5f;
     for (int it = 0; it < iterations; it++) {
+        OM_TRY(om_stop_poll());
         compute_error(l);
         blur(l, l->err, tap, r);
         for (size_t i = 0; i < n; i++) l->w[i] += l->err[i];
     }
+    return OM_OK;
 }
 
 // Give w the sign of the mask.
@@ -264,7 +266,7 @@ OmStatus om_mask_field_create(const OmMask* mask, double spacing, double smooth,
     Level* l = om_calloc(1, sizeof *l);
     if (!l) return OM_NO_MEMORY;
     OM_TRY_DONE(level_init(mask, block, l));
-    smooth_level(l, smooth, iterations);
+    OM_TRY_DONE(smooth_level(l, smooth, iterations));
     if (block[0] * block[1] * block[2] == 1) keep_signs(l);
     l->unit = cbrt(fabs(om_mat3_det(l->grid.axis))) / l->slope;  // slope > 0
     *field = l;
@@ -292,7 +294,7 @@ OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf) {
     OM_TRY_DONE(om_mask_field_create(mask, def->spacing, def->smooth, def->iterations, &field));
     OM_TRY_DONE(level_bounds(field, &lo, &hi));
     OM_TRY_DONE(om__sdf_grid(def, lo, hi, sdf));
-    om__sdf_sample(sdf, level_eval, field);
+    OM_TRY_DONE(om__sdf_sample(sdf, level_eval, field));
     OM_TRY_DONE(om__sdf_redistance(sdf, volume));
 done:
     om_mask_field_destroy(field);

@@ -102,8 +102,7 @@ static OmStatus lattice_init(const OmStuffDef* def, OmLattice* l) {
     OmVec3 half = om_scale(0.5 * l->a, om_vec3(l->n[0], l->n[1], l->n[2]));
     l->origin = om_sub(om_lerp(def->lo, def->hi, 0.5), half);
     OM_ALLOC(l->f, l->npoint);
-    om_parallel_for(def->nworker, l->npoint, 4096, eval_points, l);
-    return OM_OK;
+    return om_parallel_for_stop(def->nworker, l->npoint, 4096, eval_points, l);
 }
 
 // Points of the outermost layer count as outside: the solid is cut off at the box.
@@ -649,14 +648,18 @@ OmStatus om_tet_mesh_stuff(const OmStuffDef* def, OmTetMesh* mesh) {
     OM_TRY(check_def(def));
     OmLattice l = {.mesh = mesh};
     OM_TRY_DONE(lattice_init(def, &l));
+    OM_TRY_DONE(om_stop_poll());
     cap_border(&l);
     OM_TRY_DONE(list_tets(&l));
+    OM_TRY_DONE(om_stop_poll());
     if (def->nfine > 0) OM_TRY_DONE(om__lattice_grade(&l));
+    OM_TRY_DONE(om_stop_poll());
     OM_TRY_DONE(list_crossings(&l));
     OM_CHECK_DONE(l.crossed.nedge > 0, OM_INVALID,
                   "no lattice point is inside: the shape is thinner than an edge of %.3g mm",
                   def->edge * 1e3);
-    om_parallel_for(def->nworker, l.crossed.nedge, 256, cut_edges, &l);
+    OM_TRY_DONE(om_parallel_for_stop(def->nworker, l.crossed.nedge, 256, cut_edges, &l));
+    OM_TRY_DONE(om_stop_poll());
     OM_TRY_DONE(warp_and_cut(&l));
     OM_CHECK_DONE(mesh->ntet > 0, OM_INVALID,
                   "no element is inside: the shape is thinner than an edge of %.3g mm",

@@ -404,7 +404,7 @@ OmStatus om__surface_visible(const OmSurface* s, const OmGrid* grid, const unsig
     OM_CALLOC_DONE(task.out, nchunk);
     OM_CALLOC_DONE(task.status, nchunk);
     OM_TRY_DONE(om__winding_init(s, NULL, 0, &winding));
-    om_parallel_for(0, nchunk, 1, find_chunks, &task);
+    OM_TRY_DONE(om_parallel_for_stop(0, nchunk, 1, find_chunks, &task));
     int64_t num = 0;
     for (int k = 0; k < nchunk; k++) {
         if (task.status[k] < 0) OM_TRY_DONE(task.status[k]);

@@ -34,6 +34,7 @@ typedef struct CgJob {
     double* x;
     OmStatus status;
     OmSolveInfo info;
+    bool is_stopped;  // written by the first member before a barrier, read by all behind it
 } CgJob;
 
 typedef struct Member {  // one thread of the team and its data
@@ -244,7 +245,7 @@ static bool any_running(const Lane* lane, int lanes) {
 
 // Reduce |r| of open lanes from 1 to target; x is the correction.
 static OmCgEnd run_cg(Member* m) {
-    const CgJob* job = m->job;
+    CgJob* job = m->job;
     OmSolver* S = job->S;
     int lanes = job->K->lanes;
     Lane lane[OM_MAX_LANE] = {{0}};
@@ -257,7 +258,9 @@ static OmCgEnd run_cg(Member* m) {
     for (int it = 0; m->iterations < S->def.max_iterations && any_running(lane, lanes); ++it) {
         float alpha[OM_MAX_LANE], beta[OM_MAX_LANE];
         multiply(m);
+        if (m->who.rank == 0) job->is_stopped = om_stop_poll() != OM_OK;
         om_team_barrier(m->team);
+        if (job->is_stopped) return OM_CG_STOPPED;
         for (int q = 0; q < lanes; ++q) {
             OmCgEnd end = next_coefficients(&lane[q], om__total(S, q), om__total(S, lanes + q),
                                             it == 0, &alpha[q], &beta[q]);
@@ -322,6 +325,7 @@ static void refine(Member* m) {
     while (open_lanes(m)) {
         begin_cg(m);
         OmCgEnd end = run_cg(m);
+        if (end == OM_CG_STOPPED) return;
         // is the matrix not positive definite, or only the preconditioner?
         if (end != OM_CG_DONE && m->use_multigrid) {
             m->use_multigrid = false;
@@ -379,6 +383,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     OmStatus status = begin_solve(m, scale);
     if (status != OM_OK) return status;
     refine(m);
+    if (m->job->is_stopped) return OM_CANCELLED;
     for (int q = 0; q < m->job->nrhs; ++q) {
         if (S->multigrid && S->tolerance > 0 && m->is_open[q])  // the iterations are used up
             m->is_stuck[q] = m->norm[q] > m->goal[q];

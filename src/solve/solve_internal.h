@@ -174,7 +174,7 @@ static inline void om__put_partial(OmSolver* S, int column, int chunk, const dou
     for (int c = 0; c < num; ++c) S->partial[(column + c) * S->chunks.num + chunk] = value[c];
 }
 
-typedef enum OmCgEnd { OM_CG_DONE, OM_CG_INDEFINITE, OM_CG_NOT_FINITE } OmCgEnd;
+typedef enum OmCgEnd { OM_CG_DONE, OM_CG_INDEFINITE, OM_CG_NOT_FINITE, OM_CG_STOPPED } OmCgEnd;
 
 /// Solve for nrhs <= S->max_lane right-hand sides together.
 OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,

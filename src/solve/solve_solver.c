@@ -233,6 +233,7 @@ static OmStatus refresh(OmSolver* S, const OmBsr* A, bool is_whole) {
         A->nvert, A->nblock, S->nvert, S->nblock);
     OM_CHECK(!A->ties || (!S->cholesky && !S->lu), OM_UNAVAILABLE,
              "om_solver_refresh: the matrix has ties, which need a preconditioner of CG");
+    OM_TRY(om_stop_poll());
     OmStatus status = S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed)
                       : S->lu     ? om__lu_refresh(S->lu, A, S->fixed)
                                   : invert_diagonal(S, A);
@@ -360,6 +361,7 @@ OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b,
     OM_CHECK(nrhs >= 1, OM_INVALID, "om_solver_solve: %d right-hand sides", nrhs);
     OM_CHECK(nrhs == 1 || is_finite_system(S, nrhs, b, x), OM_INVALID,
              "solve: a right-hand side or a first guess is not finite");
+    OM_TRY(om_stop_poll());
     size_t n = 3 * (size_t)S->nvert;
     OmStatus result = OM_OK;
     bool is_direct = S->cholesky || S->lu;

@@ -280,6 +280,7 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
     for (int k = 0; k <= newton->max_iterations; ++k) {
         // With contact the forces of the last solve remain in A and rhs: the guard needs them.
         bool is_last = k == newton->max_iterations || t <= MIN_STEP || om__is_spent(m, w);
+        OM_TRY(om_stop_poll());
         if (has_contact && is_last) break;
         OM_TRY(linearise(m, s, w, w->from, is_exact, &norm));
         if (!has_contact) report->newton_residual = scale > 0 ? norm / scale : 0;

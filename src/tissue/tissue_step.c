@@ -441,6 +441,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         !m->engine->step || !fn, OM_UNAVAILABLE,
         "tissue: engine \"%s\" solves no system in a step; om_tissue_step_among takes obstacles",
         m->engine->name);
+    OM_TRY(om_stop_poll());
     if (m->engine->step) return m->engine->step(m, s, w, h, 0, NULL, report);
     OmStatus outcome = OM_OK;
     Solve solve = {fn, ctx};
@@ -525,5 +526,6 @@ OmStatus om_tissue_step_among(const OmTissueModel* m, OmTissueState* s, OmTissue
     OM_CHECK(nobstacle >= 0 && (nobstacle == 0 || obstacle), OM_INVALID,
              "tissue: %d obstacles, and their list is null or the count negative", nobstacle);
     OM_TRY(check_obstacles(nobstacle, obstacle));
+    OM_TRY(om_stop_poll());
     return m->engine->step(m, s, w, h, nobstacle, obstacle, report);
 }
