@@ -234,7 +234,7 @@ typedef void (*OmRangeFn)(void* ctx, int begin, int end, int block);
 OM_API void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
 static inline int om_block_count(int n, int grain) { return (n + grain - 1) / grain; }
 
-/// The same blocks, but where om_stop_poll asks to stop the remaining ones are left out: what fn writes is then not whole.
+/// The same blocks, but where om_stop_poll asks to stop the remaining ones are left out: what fn writes is not whole.
 /// @return OM_OK; OM_CANCELLED
 OM_API OmStatus om_parallel_for_stop(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
 
@@ -264,8 +264,8 @@ typedef struct OmProgress {
 OM_API OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
                                    double total);
 
-/// A function that says whether this thread should stop what it computes, for Ctrl-C and the like: long calls that take no
-/// OmProgress ask it, and those that take one ask it too. Each thread has its own; null (the default): none.
+/// A function that says whether this thread should stop what it computes, for Ctrl-C and the like. Long calls ask it,
+/// with an OmProgress and without. Each thread has its own; null (the default): none.
 /// @param fn  true: stop. It is called on this thread, every OM_STOP_PERIOD at most, and calls nothing of omentum
 OM_API void om_stop_set(bool (*fn)(void* ctx), void* ctx);
 #define OM_STOP_PERIOD 0.02  // s

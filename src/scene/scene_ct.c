@@ -26,7 +26,7 @@ enum { CT_COOKIE = 0x30dc7, NSUB = 3, MAX_KERNEL = 9 };
 #define HU_TUMOUR 130.0    // with contrast agent
 #define LABEL_BLUR 0.8     // voxels
 #define ORGAN_DEPTH 0.024  // m, half the organ's extent along y
-#define POLL 65536  // voxels between two polls for a request to stop
+#define POLL 65536         // voxels between two polls for a request to stop
 #define BELOW 0.022        // m, of the volume below y = 0, the organ's highest point
 #define ABOVE 0.026        // m, above it
 #define RIPPLE 0.03        // m, wavelength
