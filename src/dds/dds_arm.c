@@ -196,6 +196,12 @@ OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints) {
     return OM_OK;
 }
 
+OmStatus om__arm_set_ratio(Arm* arm, double ratio) {
+    OM_CHECK(ratio > 0 && ratio <= 1, OM_INVALID, "the ratio is %g; above 0, to 1", ratio);
+    arm->ratio = ratio;
+    return OM_OK;
+}
+
 void om__arm_hold(Arm* arm) { arm->motion = ARM_HOLD; }
 
 // ---- motion -------------------------------------------------------------------------------------------------------

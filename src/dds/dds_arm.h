@@ -48,6 +48,8 @@ OmStatus om__arm_move_cp(Arm* arm, double time, OmPose goal);
 OmStatus om__arm_move_jp(Arm* arm, double time, const LinkJoints* joints);
 OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints);
 void om__arm_hold(Arm* arm);
+// The share of the speed of moves to come. @return OM_INVALID: not above 0, or above 1
+OmStatus om__arm_set_ratio(Arm* arm, double ratio);
 // Advance the setpoint. @return whether it is another one
 bool om__arm_step(Arm* arm, double time, double dt);
 // Names of the joints, as the dVRK has them.

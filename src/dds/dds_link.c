@@ -27,6 +27,7 @@ typedef geometry_msgs_msg_dds__PoseStamped_ PoseStamped;
 typedef geometry_msgs_msg_dds__WrenchStamped_ WrenchStamped;
 typedef std_msgs_msg_dds__String_ String;
 typedef std_msgs_msg_dds__Empty_ Empty;
+typedef std_msgs_msg_dds__Float64_ Float64;
 typedef crtk_msgs_msg_dds__StringStamped_ StringStamped;
 typedef crtk_msgs_msg_dds__OperatingState_ OperatingState;
 typedef rosgraph_msgs_msg_dds__Clock_ Clock;
@@ -45,6 +46,7 @@ typedef union Packed {
     WrenchStamped wrench;
     String string;
     Empty empty;
+    Float64 number;
     StringStamped stamped;
     OperatingState state;
     Clock clock;
@@ -183,6 +185,13 @@ static void pack_empty(const LinkMessage* m, Scratch* s, Packed* p) {
 }
 
 static void unpack_empty(const Packed* p, LinkMessage* m) { (void)p, (void)m; }
+
+static void pack_number(const LinkMessage* m, Scratch* s, Packed* p) {
+    (void)s;
+    p->number = (Float64){.data = m->number};
+}
+
+static void unpack_number(const Packed* p, LinkMessage* m) { m->number = p->number.data; }
 
 static void pack_stamped(const LinkMessage* m, Scratch* s, Packed* p) {
     (void)s;
@@ -408,6 +417,9 @@ static const Type type_table[LINK_NTYPE] = {
     [LINK_EMPTY] = {&std_msgs_msg_dds__Empty__desc,
                     "RIHS01_20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312",
                     pack_empty, unpack_empty},
+    [LINK_NUMBER] = {&std_msgs_msg_dds__Float64__desc,
+                     "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
+                     pack_number, unpack_number},
     [LINK_STAMPED] = {&crtk_msgs_msg_dds__StringStamped__desc,
                       "RIHS01_83efb802e6596e03f69ac322e3231037329946f2bd13ed48874d97f5b8f5db1d",
                       pack_stamped, unpack_stamped},

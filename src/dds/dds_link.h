@@ -15,6 +15,7 @@ typedef enum LinkType {
     LINK_WRENCH,   // geometry_msgs/WrenchStamped
     LINK_STRING,   // std_msgs/String
     LINK_EMPTY,    // std_msgs/Empty
+    LINK_NUMBER,   // std_msgs/Float64
     LINK_STAMPED,  // crtk_msgs/StringStamped
     LINK_STATE,    // crtk_msgs/OperatingState
     LINK_CLOCK,    // rosgraph_msgs/Clock
@@ -67,6 +68,7 @@ typedef struct LinkMessage {
             OmVec3 force, torque;
         } wrench;
         char text[256];
+        double number;
         struct {
             char name[32];
             bool is_homed, is_busy;

@@ -28,7 +28,7 @@
 typedef struct Hand {  // an arm with its topics
     Arm core;
     char name[16];
-    int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, jaw_servo, jaw_move;
+    int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, ratio, jaw_servo, jaw_move;
     int measured_js, setpoint_js, measured_cp, setpoint_cp, local_measured, local_setpoint;
     int jaw_measured, jaw_setpoint, body_cf, spatial_cf;
     int state, error, warning, status, tool_type;
@@ -46,6 +46,7 @@ struct OmDdsRobot {
     OmDdsRobotDef def;
     Link* link;
     Hand hand[OM_MAX_ARM];
+    Hand ecm;  // the endoscope: it has states and a pose, and does not move
     int narm, nend;
     Eye endoscope, depth;
     int clock, tf, tf_static, tick_in, tick_out;
@@ -114,6 +115,7 @@ static const Topic hand_topic[] = {
     IN(move_cp, LINK_POSE, "move_cp"),
     IN(move_jp, LINK_JOINTS, "move_jp"),
     IN(hold, LINK_EMPTY, "hold"),
+    IN(ratio, LINK_NUMBER, "trajectory_j/set_ratio"),
     IN(jaw_servo, LINK_JOINTS, "jaw/servo_jp"),
     IN(jaw_move, LINK_JOINTS, "jaw/move_jp"),
     OUT(measured_js, LINK_JOINTS, "measured_js"),
@@ -147,6 +149,23 @@ static OmStatus add_topics(OmDdsRobot* r, Hand* hand) {
     return OM_OK;
 }
 
+// The endoscope's arm: its states and its pose.
+static OmStatus add_ecm(OmDdsRobot* r) {
+    Hand* e = &r->ecm;
+    Link* l = r->link;
+    snprintf(e->name, sizeof e->name, "ECM");
+    OM_TRY(om__link_add(l, LINK_IN, LINK_STAMPED, "ECM/state_command", 10, &e->state_command));
+    OM_TRY(om__link_add(l, LINK_IN, LINK_POSE, "ECM/servo_cp", 10, &e->servo_cp));
+    OM_TRY(om__link_add(l, LINK_IN, LINK_POSE, "ECM/move_cp", 10, &e->move_cp));
+    OM_TRY(om__link_add(l, LINK_OUT, LINK_POSE, "ECM/measured_cp", 5, &e->measured_cp));
+    OM_TRY(om__link_add(l, LINK_OUT, LINK_POSE, "ECM/setpoint_cp", 5, &e->setpoint_cp));
+    const unsigned latched = LINK_OUT | LINK_LATCHED;
+    OM_TRY(om__link_add(l, latched, LINK_STATE, "ECM/operating_state", 10, &e->state));
+    const LinkType words = r->def.has_stamped_strings ? LINK_STAMPED : LINK_STRING;
+    OM_TRY(om__link_add(l, LINK_OUT, words, "ECM/status", 5, &e->status));
+    return om__link_add(l, LINK_OUT, words, "ECM/warning", 5, &e->warning);
+}
+
 static OmStatus add_eye(OmDdsRobot* r, Eye* eye, const char* name, bool has_cloud) {
     char topic[80];
     eye->frame = has_cloud ? "depth_optical" : "endoscope_optical";
@@ -162,6 +181,7 @@ static OmStatus add_eye(OmDdsRobot* r, Eye* eye, const char* name, bool has_clou
 
 static OmStatus add_all(OmDdsRobot* r) {
     for (int a = 0; a < r->narm; ++a) OM_TRY(add_topics(r, &r->hand[a]));
+    OM_TRY(add_ecm(r));
     OM_TRY(add_eye(r, &r->endoscope, "endoscope", false));
     OM_TRY(add_eye(r, &r->depth, "depth", true));
     OM_TRY(om__link_add(r->link, LINK_OUT, LINK_CLOCK, "clock", 1, &r->clock));
@@ -297,6 +317,9 @@ static OmStatus publish_arms(OmDdsRobot* r, double dt) {
         add_frame(&m, r->hand[a].name, r->obs.arm[a].tip);
         OM_TRY(publish_arm(r, a, dt));
     }
+    add_frame(&m, r->ecm.name, r->endoscope.camera.pose_world_camera);
+    OM_TRY(send_pose(r, r->ecm.measured_cp, WORLD, r->endoscope.camera.pose_world_camera));
+    OM_TRY(send_pose(r, r->ecm.setpoint_cp, WORLD, r->endoscope.camera.pose_world_camera));
     return send(r, r->tf, &m);
 }
 
@@ -326,7 +349,7 @@ static OmStatus publish_static(OmDdsRobot* r) {
         OM_TRY(send_state(r, &r->hand[a]));
         OM_TRY(send_words(r, r->hand[a].tool_type, "PROGRASP_FORCEPS:400093"));
     }
-    return OM_OK;
+    return send_state(r, &r->ecm);
 }
 
 // ---- pictures -----------------------------------------------------------------------------------------------------
@@ -507,6 +530,8 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
     if (take_last(r, hand->move_cp, &m) && om__arm_move_cp(arm, time, m.pose) < 0)
         OM_TRY(refuse(r, hand, hand->move_cp));
     if (take_last(r, hand->hold, &m)) om__arm_hold(arm);
+    if (take_last(r, hand->ratio, &m) && om__arm_set_ratio(arm, m.number) < 0)
+        OM_TRY(refuse(r, hand, hand->ratio));
     if (take_last(r, hand->jaw_servo, &m) && om__arm_jaw(arm, &m.joints) < 0)
         OM_TRY(refuse(r, hand, hand->jaw_servo));
     if (take_last(r, hand->jaw_move, &m) && om__arm_jaw(arm, &m.joints) < 0)
@@ -516,6 +541,15 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
 
 static OmStatus take_commands(OmDdsRobot* r) {
     for (int a = 0; a < r->narm; ++a) OM_TRY(take_hand(r, &r->hand[a]));
+    Hand* ecm = &r->ecm;
+    LinkMessage m;
+    OM_TRY(take_states(r, ecm));
+    const int moves[2] = {ecm->servo_cp, ecm->move_cp};
+    for (int k = 0; k < 2; ++k) {
+        if (!take_last(r, moves[k], &m)) continue;
+        om_error(OM_INVALID, "the endoscope of a scene does not move");
+        OM_TRY(refuse(r, ecm, moves[k]));
+    }
     return OM_OK;
 }
 

@@ -193,6 +193,19 @@ static void move(void** unused) {
     assert_below(1e-5, off);  // m: a straight line has 0
 }
 
+// At a quarter of the speed a move takes four times as long.
+static void ratio(void** unused) {
+    (void)unused;
+    Arm arm = make_arm(true), slow = make_arm(true);
+    assert_status(om__arm_set_ratio(&slow, 0), OM_INVALID);
+    assert_status(om__arm_set_ratio(&slow, 1.1), OM_INVALID);
+    assert_status(om__arm_set_ratio(&slow, NAN), OM_INVALID);
+    assert_ok(om__arm_set_ratio(&slow, 0.25));
+    assert_ok(om__arm_move_cp(&arm, 0, moved(&arm, 0, 0.02, 0)));
+    assert_ok(om__arm_move_cp(&slow, 0, moved(&slow, 0, 0.02, 0)));
+    assert_near(slow.duration, 4 * arm.duration, 1e-12);
+}
+
 // The jaw and the arm do not stop each other.
 static void jaw(void** unused) {
     (void)unused;
@@ -209,9 +222,9 @@ static void jaw(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(states), cmocka_unit_test(not_ready),
-                                       cmocka_unit_test(stops),  cmocka_unit_test(refused),
-                                       cmocka_unit_test(names),  cmocka_unit_test(servo),
-                                       cmocka_unit_test(move),   cmocka_unit_test(jaw)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(states),  cmocka_unit_test(not_ready), cmocka_unit_test(stops),
+        cmocka_unit_test(refused), cmocka_unit_test(names),     cmocka_unit_test(servo),
+        cmocka_unit_test(move),    cmocka_unit_test(jaw),       cmocka_unit_test(ratio)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

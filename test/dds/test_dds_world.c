@@ -195,6 +195,59 @@ static void gone(void** unused) {
     end(&s);
 }
 
+// A reader's next message; the test fails after 5 s without one.
+static LinkMessage next(Link* link, int id) {
+    const double end = om_clock_now() + 5;
+    LinkMessage m = {0};
+    bool is_there = false;
+    while (!(is_there = om__link_take(link, id, &m)) && om_clock_now() < end)
+        om__link_wait(link, 0.02);
+    assert_true(is_there);
+    return m;
+}
+
+// The endoscope shows its pose and its states, and refuses to move; a jump of an arm is refused with a warning.
+static void endoscope_and_warnings(void** unused) {
+    (void)unused;
+    Served s;
+    Link* link;
+    int pose, state, move, warning, arm_state, arm_home, arm_servo, arm_warning;
+    begin(&s, false, INFINITY);
+    const OmDdsDef dds = make_dds();
+    assert_ok(om__link_create(&dds, &link));
+    assert_ok(om__link_add(link, LINK_IN, LINK_POSE, "ECM/measured_cp", 1, &pose));
+    const unsigned latched = LINK_IN | LINK_LATCHED;
+    assert_ok(om__link_add(link, latched, LINK_STATE, "ECM/operating_state", 1, &state));
+    assert_ok(om__link_add(link, LINK_OUT, LINK_POSE, "ECM/move_cp", 1, &move));
+    assert_ok(om__link_add(link, LINK_IN, LINK_STRING, "ECM/warning", 1, &warning));
+    assert_ok(om__link_add(link, LINK_IN, LINK_STATE, "PSM1/operating_state", 9, &arm_state));
+    assert_ok(om__link_add(link, LINK_OUT, LINK_STAMPED, "PSM1/state_command", 1, &arm_home));
+    assert_ok(om__link_add(link, LINK_OUT, LINK_POSE, "PSM1/servo_cp", 1, &arm_servo));
+    assert_ok(om__link_add(link, LINK_IN, LINK_STRING, "PSM1/warning", 1, &arm_warning));
+    const OmCamera camera = om_world_endoscope(&s.scene, &s.site);
+    LinkMessage m = next(link, pose);
+    assert_memory_equal(&m.pose, &camera.pose_world_camera, sizeof m.pose);
+    assert_string_equal(next(link, state).state.name, "DISABLED");
+    while (!om__link_count(link, move) || !om__link_count(link, warning) ||
+           !om__link_count(link, arm_home) || !om__link_count(link, arm_servo) ||
+           !om__link_count(link, arm_warning) || !om__link_count(link, arm_state))
+        om__link_wait(link, 0.01);
+    assert_ok(om__link_write(link, move, &m));
+    assert_non_null(strstr(next(link, warning).text, "ECM/move_cp refused"));
+    assert_ok(om__link_write(link, arm_servo, &m));
+    assert_non_null(strstr(next(link, arm_warning).text, "the arm is DISABLED"));
+    assert_ok(om__link_write(link, arm_home, &(LinkMessage){.text = "home"}));
+    m = next(link, arm_state);
+    assert_string_equal(m.state.name, "ENABLED");
+    assert_true(m.state.is_homed && !m.state.is_busy);
+    m = (LinkMessage){.pose = om_world_place_tip(&s.site, 0)};
+    m.pose.p.z += 0.06;
+    assert_ok(om__link_write(link, arm_servo, &m));
+    assert_non_null(strstr(next(link, arm_warning).text, "mm from the setpoint"));
+    om__link_destroy(link);
+    end(&s);
+}
+
 // No robot: the sentence names a topic and remedies.
 static void nobody_there(void** unused) {
     (void)unused;
@@ -212,6 +265,7 @@ static void nobody_there(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(as_the_field), cmocka_unit_test(stops),
-                                       cmocka_unit_test(gone), cmocka_unit_test(nobody_there)};
+                                       cmocka_unit_test(gone), cmocka_unit_test(nobody_there),
+                                       cmocka_unit_test(endoscope_and_warnings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
