@@ -84,18 +84,51 @@ typedef struct OmDdsReport {
 } OmDdsReport;
 OM_API OmDdsReport om_dds_robot_report(const OmDdsRobot* robot);
 
+// ---- frames ---------------------------------------------------------------------------------------------------------
+
+#define OM_DDS_MAX_FRAME 16
+typedef struct OmDdsFrame {  // where a frame of the robot is
+    char name[64];           // as in headers of messages: "PSM1_base", "ECM"
+    OmPose pose_world_frame;
+    int npoint;       // that it was found from
+    double rms, max;  // m, of their residuals
+} OmDdsFrame;
+
+/// The frame that maps points touched by the robot onto the same points in the world, with the least squared residuals
+/// (Arun, Huang & Blostein 1987).
+/// @param x_frame  in the robot's frame, m   (n x 3)
+/// @param x_world  in the world, m           (n x 3)
+/// @param worst    index of the point with the largest residual
+/// @return OM_OK; OM_INVALID (fewer than 4 points, one that is not finite, points within 5 mm of one line)
+OM_API OmStatus om_dds_frame_fit(const double* x_frame, const double* x_world, int n,
+                                 OmDdsFrame* frame, int* worst);
+/// Read a file of frames, JSON, as omentum register writes it.
+/// @return OM_OK; OM_INVALID (the message names the file and the field; more than OM_DDS_MAX_FRAME); OM_NO_MEMORY;
+///         OM_IO
+OM_API OmStatus om_dds_frames_load(const char* path, OmDdsFrame frame[OM_DDS_MAX_FRAME],
+                                   int* nframe);
+/// The same from memory; `name` stands for the file in messages.
+/// @return as om_dds_frames_load, without OM_IO
+OM_API OmStatus om_dds_frames_parse(const char* text, size_t size, const char* name,
+                                    OmDdsFrame frame[OM_DDS_MAX_FRAME], int* nframe);
+/// Write it whole.
+/// @return OM_OK; OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_dds_frames_save(const OmDdsFrame* frame, int nframe, const char* path);
+
 // ---- a robot as a world ----------------------------------------------------------------------------------------
 
 typedef struct OmDdsWorldDef {
     OmCookie cookie;
     OmDdsDef dds;
-    const OmScene* scene;  // arms, cameras; borrowed
-    double wait;           // s that the robot may take to answer; default 5
-    double stale;          // s without a measured pose after which motion stops; default 0.1
-    double max_speed;      // m/s, of commands; default 0.25
-    double max_jump;       // m between two measured poses of an arm; default 0.02
-    const OmSite* site;    // where the tissue is; borrowed; default null: tips may be sent anywhere
-    double reach;          // m around the tissue that a tip may be sent to; default 0.15
+    const OmScene* scene;     // arms, cameras; borrowed
+    const OmDdsFrame* frame;  // before those of tf_static; borrowed   (nframe)
+    int nframe;               // default 0
+    double wait;              // s that the robot may take to answer; default 5
+    double stale;             // s without a measured pose after which motion stops; default 0.1
+    double max_speed;         // m/s, of commands; default 0.25
+    double max_jump;          // m between two measured poses of an arm; default 0.02
+    const OmSite* site;  // where the tissue is; borrowed; default null: tips may be sent anywhere
+    double reach;        // m around the tissue that a tip may be sent to; default 0.15
     const char* arm[OM_MAX_ARM];  // names; default "PSM1", "PSM2"
 } OmDdsWorldDef;
 

@@ -150,7 +150,7 @@ void om_cli_set_environment(char** argv);
 // The verbs, and the table of each.
 extern const OmCliVerb om_cli_verb_banet_eval, om_cli_verb_banet_generate, om_cli_verb_banet_train,
     om_cli_verb_calibrate, om_cli_verb_calibrate_force, om_cli_verb_demo, om_cli_verb_dvrk,
-    om_cli_verb_layouts, om_cli_verb_replay, om_cli_verb_search, om_cli_verb_model,
+    om_cli_verb_layouts, om_cli_verb_register, om_cli_verb_replay, om_cli_verb_search, om_cli_verb_model,
     om_cli_verb_plan, om_cli_verb_preplan, om_cli_verb_retract, om_cli_verb_rl_demo,
     om_cli_verb_rl_eval, om_cli_verb_rl_play, om_cli_verb_rl_survey, om_cli_verb_rl_train,
     om_cli_verb_study_calibration, om_cli_verb_study_contact, om_cli_verb_study_correspondence,

@@ -33,6 +33,9 @@ static const OmCliOption option[] = {
     {"--real-time", NULL, NULL, "time passes as on the wall"},
     {"--world", NULL, "KIND", "simulated; or dds: the robot that answers there, as omentum dvrk",
      "simulated"},
+    {"--frames", NULL, "FILE",
+     "with --world dds: where the robot's frames are, by omentum register",
+     "the robot's tf_static"},
     OM_CLI_OPTION_DDS,
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
@@ -362,6 +365,9 @@ static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
              "option --world: \"%s\"; it is simulated or dds", kind);
     if (!s->has_robot) return OM_OK;
     s->robot = om_dds_world_default_def(&s->scene);
+    s->robot.frame = s->frame;
+    if (get(args, "--frames"))
+        OM_TRY(om_dds_frames_load(get(args, "--frames"), s->frame, &s->robot.nframe));
     return om_cli_dds(args, &s->robot.dds);
 }
 

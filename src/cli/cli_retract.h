@@ -23,9 +23,10 @@ typedef struct OmCliRetract {
     OmCliPerson person;
     bool has_robot;  // --world dds
     OmDdsWorldDef robot;
-    OmRlActing* acting;  // null: straight lines
-    bool has_scene;      // `scene` is there: it is not read from the first argument
-    bool needs_scene;    // false: only a text is wanted
+    OmDdsFrame frame[OM_DDS_MAX_FRAME];  // of --frames
+    OmRlActing* acting;                  // null: straight lines
+    bool has_scene;                      // `scene` is there: it is not read from the first argument
+    bool needs_scene;                    // false: only a text is wanted
 } OmCliRetract;
 
 // Read options and scene. Returns OM_EXIT_OK, or the exit code after a message.

@@ -55,6 +55,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_model,
     &om_cli_verb_plan,
     &om_cli_verb_preplan,
+    &om_cli_verb_register,
     &om_cli_verb_replay,
     &om_cli_verb_retract,
     &rl,

@@ -748,6 +748,8 @@ static OmStatus check_def(const OmDdsWorldDef* def) {
     OM_CHECK(def->wait > 0 && def->stale > 0 && def->max_speed > 0 && def->max_jump > 0 &&
                  def->reach > 0,
              OM_INVALID, "OmDdsWorldDef: wait, stale, max_speed, max_jump and reach are above 0");
+    OM_CHECK(def->nframe >= 0 && def->nframe <= OM_DDS_MAX_FRAME && (def->frame || !def->nframe),
+             OM_INVALID, "OmDdsWorldDef.nframe is %d; 0 to %d", def->nframe, OM_DDS_MAX_FRAME);
     const int narm = def->scene->world.narm;
     OM_CHECK(narm >= 1 && narm <= OM_MAX_ARM, OM_INVALID, "world: %d arms; 1 to %d", narm,
              OM_MAX_ARM);
@@ -773,6 +775,11 @@ OmStatus om_world_create_dds(const OmDdsWorldDef* def, OmWorld** world) {
         w->limb[a].heard = om_clock_now();
         w->limb[a].stamp_cp = w->limb[a].stamp_js = w->limb[a].stamp_jaw = -INFINITY;
         w->limb[a].stamp_jaw_goal = w->limb[a].stamp_wrench = -INFINITY;
+    }
+    for (int i = 0; i < def->nframe; ++i) {
+        LinkFrame* f = &w->frame[w->nframe++];
+        snprintf(f->child, sizeof f->child, "%s", def->frame[i].name);
+        f->pose = def->frame[i].pose_world_frame;
     }
     OmStatus status = om__link_create(&def->dds, &w->link);
     if (status == OM_OK) status = add_all(w);
