@@ -150,14 +150,15 @@ void om_cli_set_environment(char** argv);
 // The verbs, and the table of each.
 extern const OmCliVerb om_cli_verb_banet_eval, om_cli_verb_banet_generate, om_cli_verb_banet_train,
     om_cli_verb_calibrate, om_cli_verb_calibrate_force, om_cli_verb_demo, om_cli_verb_dvrk,
-    om_cli_verb_layouts, om_cli_verb_register, om_cli_verb_replay, om_cli_verb_search, om_cli_verb_model,
-    om_cli_verb_plan, om_cli_verb_preplan, om_cli_verb_retract, om_cli_verb_rl_demo,
-    om_cli_verb_rl_eval, om_cli_verb_rl_play, om_cli_verb_rl_survey, om_cli_verb_rl_train,
-    om_cli_verb_study_calibration, om_cli_verb_study_contact, om_cli_verb_study_correspondence,
-    om_cli_verb_study_curve, om_cli_verb_study_learning, om_cli_verb_study_attachments,
-    om_cli_verb_study_methods, om_cli_verb_study_retraction, om_cli_verb_study_sheet,
-    om_cli_verb_study_trust, om_cli_verb_umesh_eval, om_cli_verb_umesh_generate,
-    om_cli_verb_umesh_predict, om_cli_verb_umesh_train, om_cli_verb_update, om_cli_verb_view;
+    om_cli_verb_layouts, om_cli_verb_register, om_cli_verb_replay, om_cli_verb_search,
+    om_cli_verb_model, om_cli_verb_plan, om_cli_verb_preplan, om_cli_verb_retract,
+    om_cli_verb_rl_demo, om_cli_verb_rl_eval, om_cli_verb_rl_play, om_cli_verb_rl_survey,
+    om_cli_verb_rl_train, om_cli_verb_study_calibration, om_cli_verb_study_contact,
+    om_cli_verb_study_correspondence, om_cli_verb_study_curve, om_cli_verb_study_learning,
+    om_cli_verb_study_attachments, om_cli_verb_study_methods, om_cli_verb_study_retraction,
+    om_cli_verb_study_sheet, om_cli_verb_study_trust, om_cli_verb_umesh_eval,
+    om_cli_verb_umesh_generate, om_cli_verb_umesh_predict, om_cli_verb_umesh_train,
+    om_cli_verb_update, om_cli_verb_view;
 int om_cli_banet_eval(int argc, char** argv);
 int om_cli_banet_generate(int argc, char** argv);
 int om_cli_banet_train(int argc, char** argv);
