@@ -21,7 +21,7 @@
 #define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 23
+#define METHOD 24
 #define METHOD_FRAS 8
 #define METHOD_SEARCH 4
 #define GOOD_MU 0.002  // m
@@ -98,8 +98,6 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
     scene->update.is_enabled = row != OM_RETRACTION_NO_LEARNING;
     if (row != OM_RETRACTION_NO_NETWORK)
         snprintf(scene->update.network, sizeof scene->update.network, "installed");
-    scene->update.learns_modulus_by_shape =
-        row != OM_RETRACTION_NO_LEARNING && row != OM_RETRACTION_NO_MONITOR;
     scene->update.is_checked = row != OM_RETRACTION_NO_CHECK;
     scene->task.ahead = row == OM_RETRACTION_NO_AHEAD ? 0 : 3;
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;

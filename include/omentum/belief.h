@@ -40,12 +40,11 @@ typedef struct OmBeliefRecord {  // of one operation
     // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
     double young_factor;
     int nmodulus;
-    bool is_modulus_by_shape;  // the last time by what the camera saw, not by forces
-    int nmonitor;              // frames compared with the twin
-    int nwarning[3];           // times that the warning state rose to 1, 2, 3
-    double mu_max;             // m, while tissue was held; 0 without a monitor
-    int nacquisition;          // taken during the operation
-    int nupdate;               // estimates
+    int nmonitor;      // frames compared with the twin
+    int nwarning[3];   // times that the warning state rose to 1, 2, 3
+    double mu_max;     // m, while tissue was held; 0 without a monitor
+    int nacquisition;  // taken during the operation
+    int nupdate;       // estimates
     OmRetractUpdate* update;
 } OmBeliefRecord;
 

@@ -1,12 +1,8 @@
-/// omentum/belief_modulus.h: the twin's Young's modulus, learnt during the operation (floor 7; open in thesis 7.1).
+/// omentum/belief_modulus.h: the twin's Young's modulus, learnt from measured forces (floor 6; open in thesis 7.1).
 ///
-/// By shape: after a pull, the depth camera's picture is compared with the twin and with bodies of half and of twice
-/// its modulus that repeat the motion since the grasp; the modulus that agrees best is taken over
-/// (belief_modulus_shape.c).
-///
-/// By force: where the arms measure force, the load on held tissue is compared with the twin's at the same motion of
-/// the tool, and with that of both bodies. Two successive stretches of motion must agree. The effect of wrong
-/// attachments on a load is not that of one modulus in both stretches, and is refused (belief_modulus.c).
+/// Where the arms measure force, the load on held tissue is compared with the twin's at the same motion of the tool,
+/// and with that of bodies of half and of twice its modulus. Two successive stretches of motion must agree. The effect
+/// of wrong attachments on a load is not that of one modulus in both stretches, and is refused (belief_modulus.c).
 ///
 /// The twin takes the modulus over within 0.5 s.
 ///
@@ -29,10 +25,6 @@ typedef struct OmModulusDef {
     const OmSite* site;    // of the twin; borrowed until destroy
     // Computes the loop's estimates of attachments; it is given the learnt modulus before each. Borrowed; null: none.
     OmMatch* match;
-    // From measured pulls; by default where OmSceneUpdate.learns_modulus is set, or by_shape is not.
-    bool by_force;
-    // From what the monitor's camera sees; default OmSceneUpdate.learns_modulus_by_shape.
-    bool by_shape;
 } OmModulusDef;
 
 OM_API OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site);

@@ -100,11 +100,6 @@ OM_API bool om_monitor_is_due(const OmMonitor* monitor, double time);
 ///         changed); OM_NO_MEMORY or OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observation,
                                  const double* x_twin, bool has_grasped, OmMonitorFrame* frame);
-/// The same comparison with other positions of the twin, after the first grasp: nothing of the monitor changes.
-/// @param frame  out: its state follows from mu alone
-/// @return as om_monitor_frame
-OM_API OmStatus om_monitor_try(OmMonitor* monitor, const OmObservation* observation,
-                               const double* x_twin, OmMonitorFrame* frame);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
 /// The same where held tissue was folded since its grasp: the limits times fold_factor of the settings.

@@ -49,11 +49,9 @@ typedef struct OmRetractDef {
 } OmRetractDef;
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);
-/// Switch on in a scene all that the loop can do: the monitor, updates with the installed network, learning of the
-/// modulus by shape where the twin's engine has one, and OM_AHEAD_POINTS tried before a new plan. What the scene says
-/// of the network and the points stays.
-/// @return OM_OK; OM_INVALID (the scene's engine is unknown)
-OM_API OmStatus om_retract_use_all(OmScene* scene);
+/// Switch on in a scene what DEFRAS does: the monitor, updates with the installed network, and OM_AHEAD_POINTS tried
+/// before a new plan. What the scene says of the network and the points stays.
+OM_API void om_retract_use_all(OmScene* scene);
 
 /// Every written run has audit.jsonl (record_audit.h) and scene.yaml, the complete scene of the run. They are in
 /// OUT_DIR-unfinished until the run ends, and stay there if it is killed or fails after its begin.

@@ -243,9 +243,6 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     // Young's modulus of the twin is learnt from measured pulls (belief_modulus.h), also where is_enabled is false. It
     // needs arms that measure force; default false.
     bool learns_modulus;
-    // The same from the shape that the depth camera sees in pulls (belief_modulus_shape.c). It needs the monitor;
-    // default false, `omentum retract --defras` sets it.
-    bool learns_modulus_by_shape;
 } OmSceneUpdate;
 
 typedef enum OmMonitorRegion {  // whose points are compared after the first grasp

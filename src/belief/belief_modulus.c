@@ -37,12 +37,7 @@
 static const double other_factor[2] = {0.5, 2};
 
 OmModulusDef om_modulus_default_def(const OmScene* scene, const OmSite* site) {
-    return (OmModulusDef){.cookie = MODULUS_COOKIE,
-                          .scene = scene,
-                          .site = site,
-                          .by_force = scene->update.learns_modulus ||
-                                      !scene->update.learns_modulus_by_shape,
-                          .by_shape = scene->update.learns_modulus_by_shape};
+    return (OmModulusDef){.cookie = MODULUS_COOKIE, .scene = scene, .site = site};
 }
 
 static OmStatus set_others(OmModulus* m) {
@@ -55,12 +50,10 @@ OmStatus om_modulus_create(const OmModulusDef* def, OmModulus** out) {
     *out = NULL;
     OM_CHECK(def->cookie == MODULUS_COOKIE, OM_INVALID, "OmModulusDef was not made by default_def");
     OM_CHECK(def->scene && def->site, OM_INVALID, "OmModulusDef.scene or site is null");
-    OM_CHECK(def->by_force || def->by_shape, OM_INVALID,
-             "OmModulusDef: neither by_force nor by_shape is set");
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
     const bool has_forces = om_engine_capabilities(engine) & OM_ENGINE_FORCES;
-    const bool is_fit = (has_forces || !def->by_force) && om_engine_uses(engine, "young");
+    const bool is_fit = has_forces && om_engine_uses(engine, "young");
     OM_CHECK(is_fit, OM_INVALID,
              "%s: update: modulus: the twin's engine \"%s\" has no forces in newtons or no Young's "
              "modulus; choose fem, or learn no modulus",
@@ -95,7 +88,7 @@ void om_modulus_destroy(OmModulus* m) {
 
 OmStatus om__modulus_begin(OmModulus* m) {
     m->arm = -1;
-    m->is_spent = m->is_shape_due = false;
+    m->is_spent = false;
     m->n = m->begin = m->nstep = 0;
     m->last = NAN;
     m->factor = m->target = 1;
@@ -126,13 +119,11 @@ static OmStatus take_step(Belief* belief) {
 }
 
 // Begin a record with the twin's present state.
-static void begin_record(Belief* belief, int arm, OmVec3 tip) {
+static void begin_record(Belief* belief, int arm) {
     OmModulus* m = belief->modulus;
     m->arm = arm;
     m->n = m->begin = 0;
     m->last = NAN;
-    m->is_shape_due = false;
-    m->shape_tip = tip;
     om_body_save(belief->twin, m->start);
 }
 
@@ -142,26 +133,24 @@ OmStatus om__modulus_step(Belief* belief, const OmObservation* obs, const OmBody
     OM_TRY(take_step(belief));
     const int arm = only_arm(belief->twin);
     if (!om_body_is_holding(belief->twin, 0) && !om_body_is_holding(belief->twin, 1)) {
-        m->is_spent = m->is_shape_due = false;
+        m->is_spent = false;
         m->arm = -1;
         return OM_OK;
     }
     const bool is_adopting = belief->adoption && om_match_adoption_is_active(belief->adoption);
     if (arm < 0 || is_adopting || (m->arm >= 0 && arm != m->arm)) m->is_spent = true;
-    if (m->nstep > 0 && !m->def.by_shape) m->is_spent = true;
+    if (m->nstep > 0) m->is_spent = true;
     if (m->is_spent || om__cloud_draw_time(belief->act, arm) > 0) return OM_OK;
-    if (!obs->arm[arm].has_wrench && !m->def.by_shape) return OM_OK;
+    if (!obs->arm[arm].has_wrench) return OM_OK;
     OmPose tip = om__twin_pose(belief->act, arm, obs->arm[arm].tip);
     tip.p = om_add(tip.p, belief->act->arm[arm].twin_off);
     if (m->arm < 0) {
-        begin_record(belief, arm, tip.p);
+        begin_record(belief, arm);
     } else if (m->n == OM_MODULUS_MAX_TICK) {
         m->is_spent = true;
     } else {
-        m->tick[m->n++] = (ModulusTick){.tip = tip,
-                                        .measured = om_scale(-1, obs->arm[arm].force),
-                                        .twin = twin->grasp[arm],
-                                        .has_force = obs->arm[arm].has_wrench};
+        m->tick[m->n++] = (ModulusTick){
+            .tip = tip, .measured = om_scale(-1, obs->arm[arm].force), .twin = twin->grasp[arm]};
     }
     return OM_OK;
 }
@@ -177,28 +166,18 @@ void om__modulus_drop(Belief* belief) {
 
 // ---- estimates ----------------------------------------------------------------------------------------------------
 
-// Repeat the record in a body; `load`: of the tool at each tick, N, or null.
-// OM_NOT_CONVERGED: the last step did not converge, the shape is of no use.
+// Repeat the record in a body; `load`: of the tool at each tick, N.
 static OmStatus repeat_in(const OmModulus* m, OmBody* body, double dt, OmVec3* load) {
     OmBodyReport report;
     OmBodyForces forces;
-    OmStatus status = OM_OK;
     om_body_restore(body, m->start);
     for (int i = 0; i < m->n; ++i) {
         OM_TRY(om_body_move(body, m->arm, m->tick[i].tip));
-        OM_TRY(status = om_body_step(body, dt, &report));
-        if (!load) continue;
+        OM_TRY(om_body_step(body, dt, &report));
         OM_TRY(om_body_get_forces(body, &forces));
         load[i] = forces.grasp[m->arm];
     }
-    return status;
-}
-
-OmStatus om__modulus_repeat(OmModulus* m, double dt) {
-    OmStatus status[2];
-    for (int k = 0; k < 2; ++k)
-        OM_TRY(status[k] = repeat_in(m, m->other[k], dt, m->def.by_force ? m->load[k] : NULL));
-    return status[0] != OM_OK ? status[0] : status[1];
+    return OM_OK;
 }
 
 // Mean square of measured less computed load over the stretch, N^2.
@@ -243,39 +222,30 @@ static double estimate(const OmModulus* m) {
     return left > MAX_LEFT * before || fabs(best) > RANGE - 0.03 ? (double)NAN : best;
 }
 
-void om__modulus_adopt(Belief* belief, double u, bool by_shape) {
+static void adopt(Belief* belief, double u) {
     OmModulus* m = belief->modulus;
     const double target = fmax(1 / MAX_FACTOR, fmin(MAX_FACTOR, m->factor * exp2(u)));
     if (fabs(log2(target / m->factor)) < MIN_STEP) return;  // it is at its bound
     m->target = target;
     m->nstep = NSTEP;
     m->step_due = belief->act->time;
-    if (m->def.by_force) m->is_spent = true;  // the record has loads of the modulus before
+    m->is_spent = true;  // the record has loads of the modulus before
     ++belief->record->nmodulus;
-    belief->record->is_modulus_by_shape = by_shape;
     belief->record->young_factor = m->target;
     om__belief_forget_exposure(belief);
-}
-
-// A stretch whose loads are all measured.
-static bool has_forces(const OmModulus* m) {
-    for (int i = m->begin; i < m->n; ++i)
-        if (!m->tick[i].has_force) return false;
-    return m->def.by_force;
 }
 
 OmStatus om__modulus_learn(Belief* belief) {
     OmModulus* m = belief->modulus;
     if (!m || m->arm < 0 || m->is_spent || m->n - m->begin < MIN_TICK) return OM_OK;
-    if (m->def.by_shape) om__modulus_note_pull(belief);
     const double way = om_distance(m->tick[m->n - 1].tip.p, m->tick[m->begin].tip.p);
-    if (way < OM_MODULUS_MIN_WAY || !has_forces(m)) return OM_OK;
-    OmStatus status = om__modulus_repeat(m, belief->task->time_step);
-    if (status < 0) return status;
+    if (way < OM_MODULUS_MIN_WAY) return OM_OK;
+    for (int k = 0; k < 2; ++k)
+        OM_TRY(repeat_in(m, m->other[k], belief->task->time_step, m->load[k]));
     if (belief->host.on_pause) belief->host.on_pause(belief->host.ctx);
     const double u = belief->warn.state > 0 ? (double)NAN : estimate(m), last = m->last;
     m->last = u;
     m->begin = m->n;
-    if (fabs(u - last) < SAME) om__modulus_adopt(belief, 0.5 * (u + last), false);
+    if (fabs(u - last) < SAME) adopt(belief, 0.5 * (u + last));
     return OM_OK;
 }

@@ -11,7 +11,6 @@
 typedef struct ModulusTick {
     OmPose tip;             // of the twin's grasp
     OmVec3 measured, twin;  // N, force of the tool on the tissue
-    bool has_force;         // measured
 } ModulusTick;
 
 struct OmModulus {
@@ -27,17 +26,6 @@ struct OmModulus {
     double factor, target;
     int nstep;        // left until the target
     double step_due;  // s of the operation
-    // by shape
-    bool is_shape_due;  // a pull has ended: the next picture
-    OmVec3 shape_tip;   // m, where the last estimate was made, or the grasp
 };
-
-/// Repeat the record in the bodies of half and of twice the modulus, from the twin's state after the grasp.
-/// @return OM_OK; OM_NOT_CONVERGED (the last step of one did not: do not use the shapes); the errors of a step
-OmStatus om__modulus_repeat(OmModulus* modulus, double time_step);
-/// The twin takes over its present modulus times 2^u, in steps.
-void om__modulus_adopt(Belief* belief, double u, bool by_shape);
-/// After a pull: the next picture is compared.
-void om__modulus_note_pull(Belief* belief);
 
 #endif

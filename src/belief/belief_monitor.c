@@ -467,18 +467,3 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     m->last = *frame = f;
     return OM_OK;
 }
-
-OmStatus om_monitor_try(OmMonitor* m, const OmObservation* obs, const double* x_twin,
-                        OmMonitorFrame* frame) {
-    *frame = (OmMonitorFrame){0};
-    OM_TRY(check_input(m, obs, x_twin));
-    int npoint, nvisible;
-    OM_TRY(compare(m, obs, x_twin, &npoint, &nvisible));
-    OmMonitorFrame f = m->last;
-    f.npoint = npoint;
-    f.state = 0;
-    f.is_blind = npoint < OM_MONITOR_MIN_POINT || nvisible == 0;
-    if (!f.is_blind) judge(m, true, &f);
-    *frame = f;
-    return OM_OK;
-}

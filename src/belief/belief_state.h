@@ -185,8 +185,6 @@ OmStatus om__modulus_begin(OmModulus* modulus);  // of a loop
 OmStatus om__modulus_step(Belief* belief, const OmObservation* obs, const OmBodyForces* twin);
 OmStatus om__modulus_learn(Belief* belief);             // after an action that moved held tissue
 OmStatus om__modulus_tell_match(const Belief* belief);  // before an estimate starts
-OmStatus om__modulus_frame(Belief* belief,
-                           const OmObservation* obs);  // after a frame of the monitor
 // The twin's attachments change: the record says nothing.
 void om__modulus_drop(Belief* belief);
 

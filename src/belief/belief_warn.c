@@ -106,7 +106,6 @@ OmStatus om__warn_frame(Belief* belief, const OmObservation* obs) {
                          "limit: the twin does not describe this tissue",
                          1e3 * belief->frame.mu, 1e3 * limit_of_state_3(belief));
     OM_TRY(measure_update(belief, false));
-    OM_TRY(om__modulus_frame(belief, obs));
     return tell_warning(belief, was);
 }
 

@@ -124,7 +124,6 @@ static OmStatus make_scene(Demo* d) {
     s->task.grasp_radius = 7e-3;
     s->task.grid = 4;
     s->monitor.is_enabled = s->update.is_enabled = true;
-    s->update.learns_modulus_by_shape = true;
     snprintf(s->update.network, sizeof s->update.network, "installed");
     if (d->is_quick) {
         s->task.grid = 3;

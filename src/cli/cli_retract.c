@@ -392,7 +392,7 @@ static OmStatus read_scene(const OmCliArgs* args, OmCliRetract* s) {
         s->scene.task.force_margin = 0;
         OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
     }
-    if (s->is_defras) OM_TRY(om_retract_use_all(&s->scene));
+    if (s->is_defras) om_retract_use_all(&s->scene);
     OM_TRY(read_world(args, s));
     const char* plan = get(args, "--plan");
     s->has_preplan = plan != NULL;

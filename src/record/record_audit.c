@@ -375,8 +375,7 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     if (factor != a->factor) OM_TRY(om_words_force(factor, &a->words));
     a->factor = factor;
     if (loop->result.belief.nmodulus > a->nmodulus)
-        OM_TRY(om_words_modulus(loop->result.belief.young_factor,
-                                loop->result.belief.is_modulus_by_shape, &a->words));
+        OM_TRY(om_words_modulus(loop->result.belief.young_factor, &a->words));
     a->nmodulus = loop->result.belief.nmodulus;
     return end_told(a, loop, &json);
 }

@@ -181,12 +181,11 @@ OmStatus om_words_force(double factor, OmText* t) {
                           factor);
 }
 
-OmStatus om_words_modulus(double factor, bool by_shape, OmText* t) {
-    return om_text_append(
-        t,
-        " By %s, the tissue is %.2f times as stiff as the images said; the "
-        "model takes this over.",
-        by_shape ? "the shape of the lifted tissue" : "the forces that the arms measure", factor);
+OmStatus om_words_modulus(double factor, OmText* t) {
+    return om_text_append(t,
+                          " By the forces that the arms measure, the tissue is %.2f times as stiff "
+                          "as the images said; the model takes this over.",
+                          factor);
 }
 
 // ---- updates -------------------------------------------------------------------------------------------------

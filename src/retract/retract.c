@@ -18,14 +18,10 @@ OmRetractDef om_retract_default_def(const OmScene* scene) {
         .cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1, .has_recording = true};
 }
 
-OmStatus om_retract_use_all(OmScene* scene) {
-    const OmTissueEngine* engine;
-    OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
+void om_retract_use_all(OmScene* scene) {
     scene->monitor.is_enabled = scene->update.is_enabled = true;
-    scene->update.learns_modulus_by_shape = om_engine_uses(engine, "young");
     if (scene->task.ahead == 0) scene->task.ahead = OM_AHEAD_POINTS;
     if (strcmp(scene->update.network, "none") == 0) strcpy(scene->update.network, "installed");
-    return OM_OK;
 }
 
 // ---- beginning ------------------------------------------------------------------------------------------
@@ -89,11 +85,6 @@ static OmStatus check_def(const OmRetractDef* def) {
              "%s: update: the twin's engine \"%s\" has no springs, which hold the tissue where an "
              "update finds it attached; choose an engine with springs (fem)",
              label, engine->name);
-    OM_CHECK(!def->scene->update.learns_modulus_by_shape || def->scene->monitor.is_enabled,
-             OM_INVALID,
-             "%s: update: modulus_by_shape needs what the monitor sees; add `monitor: enabled: "
-             "true`, or leave it out",
-             label);
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
@@ -218,7 +209,7 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
         OM_TRY(om_ahead_create(&ahead, s->twin, &s->ahead));
         loop.ahead = s->ahead;
     }
-    if (def->scene->update.learns_modulus || def->scene->update.learns_modulus_by_shape) {
+    if (def->scene->update.learns_modulus) {
         OmModulusDef modulus = om_modulus_default_def(def->scene, &s->twin_site);
         modulus.match = s->match;
         OM_TRY(om_modulus_create(&modulus, &s->modulus));

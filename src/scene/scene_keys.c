@@ -339,8 +339,6 @@ static const OmYamlField update_field[] = {
      .help = "is an estimate adopted only if the updated twin is closer to what the camera sees?"},
     {"modulus", OM_YAML_BOOL, AT(OmSceneUpdate, learns_modulus),
      .help = "is the twin's Young's modulus learnt from the pulls that the arms measure?"},
-    {"modulus_by_shape", OM_YAML_BOOL, AT(OmSceneUpdate, learns_modulus_by_shape),
-     .help = "is it learnt from the shape that the depth camera sees in pulls? Needs the monitor"},
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 
