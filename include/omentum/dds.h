@@ -48,6 +48,8 @@ typedef struct OmDdsRobotDef {
     double picture_rate;  // Hz; default 30; 0: no pictures
     // Time advances only when a client asks for it (topic omentum/tick); default false: with the wall clock.
     bool is_lock_step;
+    // Also serve commands in JSON by UDP on 127.0.0.1 (doc/dvrk.md); default 0: not
+    int udp_port;
     // error, warning and status as crtk_msgs/StringStamped, as JHU's simulators; default false: std_msgs/String
     bool has_stamped_strings;
     void (*say)(void* ctx, const char* sentence);  // events, in words; default null

@@ -80,7 +80,7 @@ typedef struct OmRetractEstimate {  // of a run that has not begun
 } OmRetractEstimate;
 #define OM_RETRACT_CHECK_TIME 0.5  // s
 /// Do what om_retract_run does before the first action, and estimate the rest. Checks that `out_dir` can be written,
-/// and writes nothing.
+/// and writes nothing. No robot is asked: the check takes place in the simulated field of the scene.
 /// @return as om_retract_run; OM_OK also for a scene whose ROI is in view or that has no plan
 OM_API OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
                                  OmRetractEstimate* estimate);

@@ -12,6 +12,8 @@ static const OmCliOption option[] = {
     {"--pictures", NULL, "HZ", "pictures and clouds in a second, while somebody reads them", "30",
      "Hz", 0, 1000},
     {"--lock-step", NULL, NULL, "time advances only with omentum retract --world dds"},
+    {"--udp", NULL, "PORT", "commands in JSON by UDP, too, for this machine alone", "none", NULL, 1,
+     65535},
     {"--stamped-strings", NULL, NULL,
      "error, warning and status are crtk_msgs/StringStamped, as in JHU's simulators"},
     OM_CLI_OPTION_DATA,
@@ -90,6 +92,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
         OM_TRY_DONE(om_world_create_simulated(&s->scene, &site, s->nworker, &eyes));
         def.eyes = eyes;
     }
+    OM_TRY_DONE(om_cli_int(args, "--udp", &def.udp_port));
     def.has_stamped_strings = om_cli_get(args, "--stamped-strings") != NULL;
     if (!s->is_quiet) def.say = say;
     OM_TRY_DONE(om_dds_robot_create(&def, &robot));

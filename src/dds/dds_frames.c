@@ -1,17 +1,8 @@
-// dds_frames.c: where a robot's frames are, from points that it touched, and their file.
-//
-// The only file of the room that uses jansson. The file is an object with the list "frames": name, position_mm,
-// quaternion_xyzw, points, rms_mm, max_mm.
-#include <jansson.h>
-#include <string.h>
-
+// dds_frames.c: where a frame of the robot is, from points that it touched (Arun, Huang & Blostein 1987).
 #include "omentum/dds.h"
 
-#define MAX_FILE 1000000  // bytes
 #define MIN_POINTS 4      // of three the residuals say nothing
 #define MIN_SPREAD 0.005  // m, rms distance of the points from the nearest line
-
-// ---- from points ----------------------------------------------------------------------------------------------
 
 static OmVec3 centre_of(const double* x, int n) {
     OmVec3 sum = om_vec3(0, 0, 0);
@@ -73,103 +64,4 @@ OmStatus om_dds_frame_fit(const double* x_frame, const double* x_world, int n, O
     }
     frame->rms = sqrt(frame->rms);
     return OM_OK;
-}
-
-// ---- files ----------------------------------------------------------------------------------------------------
-
-static OmStatus read_numbers(const char* path, const json_t* object, const char* key, int n,
-                             double* x) {
-    const json_t* list = json_object_get(object, key);
-    OM_CHECK(json_array_size(list) == (size_t)n, OM_INVALID, "%s: \"%s\" is no list of %d numbers",
-             path, key, n);
-    for (int i = 0; i < n; ++i) {
-        const json_t* v = json_array_get(list, (size_t)i);
-        OM_CHECK(json_is_number(v) && isfinite(json_number_value(v)), OM_INVALID,
-                 "%s: \"%s\" is no list of %d numbers", path, key, n);
-        x[i] = json_number_value(v);
-    }
-    return OM_OK;
-}
-
-static OmStatus read_frame(const char* path, const json_t* object, OmDdsFrame* f) {
-    const json_t* name = json_object_get(object, "name");
-    double p[3], q[4];
-    OM_CHECK(json_is_string(name) && json_string_length(name) > 0 &&
-                 json_string_length(name) < sizeof f->name,
-             OM_INVALID, "%s: a frame has no \"name\" of 1 to %zu letters", path,
-             sizeof f->name - 1);
-    snprintf(f->name, sizeof f->name, "%s", json_string_value(name));
-    OM_TRY(read_numbers(path, object, "position_mm", 3, p));
-    OM_TRY(read_numbers(path, object, "quaternion_xyzw", 4, q));
-    const double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    OM_CHECK(fabs(norm - 1) < 1e-3, OM_INVALID, "%s: \"quaternion_xyzw\" of %s has length %g", path,
-             f->name, norm);
-    f->pose_world_frame.p = om_scale(1e-3, om_load3(p, 0));
-    f->pose_world_frame.q = om_quat_normalize((OmQuat){.w = q[3], .x = q[0], .y = q[1], .z = q[2]});
-    f->npoint = (int)json_integer_value(json_object_get(object, "points"));
-    f->rms = 1e-3 * json_number_value(json_object_get(object, "rms_mm"));
-    f->max = 1e-3 * json_number_value(json_object_get(object, "max_mm"));
-    return OM_OK;
-}
-
-static OmStatus read_frames(const char* path, const json_t* root, OmDdsFrame* frame, int* nframe) {
-    const json_t* list = json_object_get(root, "frames");
-    OM_CHECK(json_is_array(list), OM_INVALID, "%s: no list \"frames\"", path);
-    const size_t n = json_array_size(list);
-    OM_CHECK(n <= OM_DDS_MAX_FRAME, OM_INVALID, "%s: %zu frames; at most %d", path, n,
-             OM_DDS_MAX_FRAME);
-    for (size_t i = 0; i < n; ++i) {
-        OM_TRY(read_frame(path, json_array_get(list, i), &frame[i]));
-        for (size_t k = 0; k < i; ++k)
-            OM_CHECK(strcmp(frame[k].name, frame[i].name) != 0, OM_INVALID,
-                     "%s: frame %s is there twice", path, frame[i].name);
-    }
-    *nframe = (int)n;
-    return OM_OK;
-}
-
-OmStatus om_dds_frames_parse(const char* text, size_t size, const char* name,
-                             OmDdsFrame frame[OM_DDS_MAX_FRAME], int* nframe) {
-    json_error_t error;
-    *nframe = 0;
-    json_t* root = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
-    OM_CHECK(root, OM_INVALID, "%s:%d: %s", name, error.line, error.text);
-    const OmStatus status = read_frames(name, root, frame, nframe);
-    json_decref(root);
-    return status;
-}
-
-OmStatus om_dds_frames_load(const char* path, OmDdsFrame frame[OM_DDS_MAX_FRAME], int* nframe) {
-    char* text;
-    size_t size;
-    *nframe = 0;
-    OM_TRY(om_file_read(path, MAX_FILE, &text, &size));
-    const OmStatus status = om_dds_frames_parse(text, size, path, frame, nframe);
-    om_free(text);
-    return status;
-}
-
-OmStatus om_dds_frames_save(const OmDdsFrame* frame, int nframe, const char* path) {
-    OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_open(&json, "frames", '[');
-    for (int i = 0; i < nframe; ++i) {
-        const OmPose* pose = &frame[i].pose_world_frame;
-        const double p[3] = {1e3 * pose->p.x, 1e3 * pose->p.y, 1e3 * pose->p.z};
-        const double q[4] = {pose->q.x, pose->q.y, pose->q.z, pose->q.w};
-        om_json_open(&json, NULL, '{');
-        om_json_string(&json, "name", frame[i].name);
-        om_json_numbers(&json, "position_mm", p, 3);
-        om_json_numbers(&json, "quaternion_xyzw", q, 4);
-        om_json_integer(&json, "points", frame[i].npoint);
-        om_json_number(&json, "rms_mm", 1e3 * frame[i].rms);
-        om_json_number(&json, "max_mm", 1e3 * frame[i].max);
-        om_json_close(&json, '}');
-    }
-    om_json_close(&json, ']');
-    om_json_close(&json, '}');
-    const OmStatus status = om_json_save(&json, path);
-    om_text_done(&text);
-    return status;
 }

@@ -15,6 +15,7 @@
 #include <time.h>
 
 #include "dds/dds_arm.h"
+#include "dds/dds_udp.h"
 #include "omentum/base_job.h"
 
 #define COOKIE 0xdd5002u
@@ -45,6 +46,8 @@ typedef struct Eye {  // a camera with its topics
 struct OmDdsRobot {
     OmDdsRobotDef def;
     Link* link;
+    Udp* udp;      // null: not served
+    OmText reply;  // to the last datagram
     Hand hand[OM_MAX_ARM];
     Hand ecm;  // the endoscope: it has states and a pose, and does not move
     int narm, nend;
@@ -539,7 +542,86 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
     return OM_OK;
 }
 
+// ---- datagrams ----------------------------------------------------------------------------------------------------
+
+static OmPose pose_of(const double x[7]) {
+    return (OmPose){om_load3(x, 0), (OmQuat){.w = x[6], .x = x[3], .y = x[4], .z = x[5]}};
+}
+
+static OmStatus obey_datagram(OmDdsRobot* r, const char* data, size_t size) {
+    UdpCommand c;
+    OM_TRY(om__udp_parse(data, size, &c));
+    Hand* hand = NULL;
+    for (int a = 0; a < r->narm; ++a)
+        if (strcmp(r->hand[a].name, c.arm) == 0) hand = &r->hand[a];
+    OM_CHECK(hand, OM_INVALID, "no arm \"%s\"", c.arm);
+    Arm* arm = &hand->core;
+    LinkJoints joints = {.nposition = c.n};
+    memcpy(joints.position, c.x, (size_t)c.n * sizeof *c.x);
+    switch (c.kind) {
+    case UDP_SERVO_CP: return om__arm_servo_cp(arm, r->obs.time, pose_of(c.x));
+    case UDP_MOVE_CP: return om__arm_move_cp(arm, r->obs.time, pose_of(c.x));
+    case UDP_SERVO_JP: return om__arm_servo_jp(arm, r->obs.time, &joints);
+    case UDP_MOVE_JP: return om__arm_move_jp(arm, r->obs.time, &joints);
+    case UDP_JAW: return om__arm_jaw(arm, &joints);
+    case UDP_HOLD: om__arm_hold(arm); return OM_OK;
+    case UDP_STATE:
+        OM_TRY(om__arm_command(arm, c.text));
+        say(r, "%s: %s: %s%s", hand->name, c.text, om__arm_mode_name(arm->mode),
+            arm->is_homed ? ", homed" : "");
+        return send_state(r, hand);
+    default: return OM_OK;
+    }
+}
+
+static void add_pose(OmJson* json, const char* key, OmPose p) {
+    const double x[7] = {p.p.x, p.p.y, p.p.z, p.q.x, p.q.y, p.q.z, p.q.w};
+    om_json_numbers(json, key, x, 7);
+}
+
+// The state of all arms, and why a command was refused.
+static OmStatus print_reply(OmDdsRobot* r, const char* refused) {
+    r->reply.len = 0;
+    OmJson json = om_json_begin(&r->reply);
+    om_json_open(&json, NULL, '{');
+    om_json_number(&json, "time", r->obs.time);
+    om_json_string(&json, "refused", refused);
+    for (int a = 0; a < r->narm; ++a) {
+        const Hand* hand = &r->hand[a];
+        const OmArmObservation* o = &r->obs.arm[a];
+        const double force[3] = {o->force.x, o->force.y, o->force.z};
+        om_json_open(&json, hand->name, '{');
+        om_json_string(&json, "state", om__arm_mode_name(hand->core.mode));
+        om_json_bool(&json, "is_homed", hand->core.is_homed);
+        om_json_bool(&json, "is_busy", hand->core.motion == ARM_MOVE);
+        add_pose(&json, "measured_cp", o->tip);
+        add_pose(&json, "setpoint_cp", hand->core.setpoint);
+        om_json_numbers(&json, "measured_js", o->q, OM_PSM_NJOINT);
+        om_json_number(&json, "jaw", o->jaw);
+        if (o->has_wrench) om_json_numbers(&json, "force", force, 3);
+        om_json_close(&json, '}');
+    }
+    om_json_close(&json, '}');
+    return om_json_end(&json);
+}
+
+static OmStatus serve_datagrams(OmDdsRobot* r) {
+    const char* data;
+    size_t size;
+    while (r->udp && om__udp_take(r->udp, &data, &size)) {
+        const OmStatus status = obey_datagram(r, data, size);
+        if (status < 0 && status != OM_INVALID) return status;
+        r->has_said_silent = true;  // somebody speaks
+        ++r->report.ncommand;
+        r->report.nrefused += status < 0;
+        OM_TRY(print_reply(r, status < 0 ? om_error_message() : ""));
+        om__udp_answer(r->udp, r->reply.str, r->reply.len);
+    }
+    return OM_OK;
+}
+
 static OmStatus take_commands(OmDdsRobot* r) {
+    OM_TRY(serve_datagrams(r));
     for (int a = 0; a < r->narm; ++a) OM_TRY(take_hand(r, &r->hand[a]));
     Hand* ecm = &r->ecm;
     LinkMessage m;
@@ -687,6 +769,8 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
              "OmDdsRobotDef: world, scene or site is null");
     OM_CHECK(def->rate >= 1 && def->rate <= 1000, OM_INVALID,
              "OmDdsRobotDef.rate is %g Hz; 1 to 1000", def->rate);
+    OM_CHECK(def->udp_port >= 0 && def->udp_port <= 65535, OM_INVALID,
+             "OmDdsRobotDef.udp_port is %d; 0 to 65535", def->udp_port);
     OM_CHECK(def->picture_rate >= 0 && def->picture_rate <= 1000, OM_INVALID,
              "OmDdsRobotDef.picture_rate is %g Hz; 0 to 1000", def->picture_rate);
     return OM_OK;
@@ -723,6 +807,7 @@ static OmStatus begin(OmDdsRobot* r) {
         r->snapshot = om_alloc(size, 1);
         if (!r->snapshot) return OM_NO_MEMORY;
     }
+    if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
     OM_TRY(add_all(r));
     struct timespec now;
@@ -751,6 +836,8 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     if (!robot) return;
     om_job_join(robot->job);
     om__link_destroy(robot->link);
+    om__udp_close(robot->udp);
+    om_text_done(&robot->reply);
     om_observation_done(&robot->obs);
     om_observation_done(&robot->seen);
     om_free(robot->snapshot);

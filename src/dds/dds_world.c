@@ -139,6 +139,7 @@ static OmStatus take_pose(DdsWorld* w, Limb* l) {
     LinkMessage m;
     while (om__link_take(w->link, l->measured_cp, &m)) {
         const OmPose before = l->now.tip;
+        if (m.time < l->stamp_cp) continue;  // out of order
         if (!l->has_cp || strcmp(l->frame, m.frame) != 0) {
             if (!find_frame(w, m.frame, &l->pose_world_frame)) continue;  // tf_static is on its way
             snprintf(l->frame, sizeof l->frame, "%s", m.frame);
@@ -160,7 +161,7 @@ static OmStatus take_pose(DdsWorld* w, Limb* l) {
 static void take_joints(DdsWorld* w, Limb* l) {
     LinkMessage m;
     while (om__link_take(w->link, l->measured_js, &m)) {
-        if (m.joints.nposition != OM_PSM_NJOINT) continue;
+        if (m.joints.nposition != OM_PSM_NJOINT || m.time < l->stamp_js) continue;
         memcpy(l->now.q, m.joints.position, sizeof l->now.q);
         l->stamp_js = m.time;
         l->has_js = true;

@@ -345,6 +345,7 @@ OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
     const double start = om_clock_now();
     OmRetractDef unwritten = *def;
     unwritten.out_dir = NULL;
+    unwritten.robot = NULL;  // no arm moves for a check
     Setup setup = {0};
     OmStatus status = begin(&unwritten, NULL, progress, &setup);
     estimate->begin_time = om_clock_now() - start;

@@ -173,6 +173,53 @@ static void stops(void** unused) {
     end(&s);
 }
 
+// A reader's next message; the test fails after 5 s without one.
+static LinkMessage next(Link* link, int id) {
+    const double end = om_clock_now() + 5;
+    LinkMessage m = {0};
+    bool is_there = false;
+    while (!(is_there = om__link_take(link, id, &m)) && om_clock_now() < end)
+        om__link_wait(link, 0.02);
+    assert_true(is_there);
+    return m;
+}
+
+// A second source of an arm's pose lies: each lie stops the world. An old pose that comes late is no lie, and is not
+// used.
+static void lies(void** unused) {
+    (void)unused;
+    static const struct {
+        double off, late;  // m; s
+        const char* words;
+    } lie[] = {{0.03, 0, "the measured pose jumped by"}, {NAN, 0, "not finite"}, {0.03, 5, NULL}};
+    Served s;
+    begin(&s, false, INFINITY);
+    Link* other;
+    int pose, read;
+    const OmDdsDef dds = make_dds();
+    assert_ok(om__link_create(&dds, &other));
+    assert_ok(om__link_add(other, LINK_OUT, LINK_POSE, "PSM1/measured_cp", 5, &pose));
+    assert_ok(om__link_add(other, LINK_IN, LINK_POSE, "PSM1/measured_cp", 1, &read));
+    for (size_t k = 0; k < sizeof lie / sizeof *lie; ++k) {
+        OmWorld* world = connect_world(&s);
+        assert_ok(om_world_reset(world));
+        assert_ok(om_world_advance(world, DT));
+        while (om__link_count(other, pose) < 2)
+            om__link_wait(other, 0.01);  // itself, and the world
+        LinkMessage m = next(other, read);
+        m.pose.p.x += lie[k].off;
+        m.time += lie[k].late > 0 ? -lie[k].late : 1e-3;
+        assert_ok(om__link_write(other, pose, &m));
+        OmStatus status = OM_OK;
+        for (int i = 0; i < 10 && status == OM_OK; ++i) status = om_world_advance(world, DT);
+        assert_int_equal(status, lie[k].words ? OM_IO : OM_OK);
+        if (lie[k].words) assert_non_null(strstr(om_error_message(), lie[k].words));
+        om_world_destroy(world);
+    }
+    om__link_destroy(other);
+    end(&s);
+}
+
 static void gone(void** unused) {
     (void)unused;
     Served s;
@@ -193,17 +240,6 @@ static void gone(void** unused) {
     om_world_destroy(world);
     om__link_destroy(keeper);
     end(&s);
-}
-
-// A reader's next message; the test fails after 5 s without one.
-static LinkMessage next(Link* link, int id) {
-    const double end = om_clock_now() + 5;
-    LinkMessage m = {0};
-    bool is_there = false;
-    while (!(is_there = om__link_take(link, id, &m)) && om_clock_now() < end)
-        om__link_wait(link, 0.02);
-    assert_true(is_there);
-    return m;
 }
 
 // The endoscope shows its pose and its states, and refuses to move; a jump of an arm is refused with a warning.
@@ -264,8 +300,9 @@ static void nobody_there(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(as_the_field), cmocka_unit_test(stops),
-                                       cmocka_unit_test(gone), cmocka_unit_test(nobody_there),
-                                       cmocka_unit_test(endoscope_and_warnings)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(as_the_field), cmocka_unit_test(stops),
+        cmocka_unit_test(lies),         cmocka_unit_test(gone),
+        cmocka_unit_test(nobody_there), cmocka_unit_test(endoscope_and_warnings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

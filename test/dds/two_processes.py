@@ -3,13 +3,16 @@
 
     two_processes.py PROGRAM SCENE CASE
 
+defras         the same of a run with all that the loop can do, on a scene of the repository
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
+udp            the client of python/examples without DDS grasps and pulls
 kill_robot     kill -9 of the robot ends the run with a sentence
 kill_client    kill -9 of the run leaves a robot that says so, serves, and ends well
 """
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -17,7 +20,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "kill_robot": 30, "kill_client": 60}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -57,11 +60,11 @@ def differences(a, b, path=""):
     return [] if a == b else [f"{path}: {str(a)[:60]} and {str(b)[:60]}"]
 
 
-def lock_step():
+def lock_step(*options):
     robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--lock-step")
     wait_for("robot", "PSM1 and PSM2")
-    far = begin("far", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "far_run"))
-    near = begin("near", "retract", SCENE, "-q", "-o", str(TMP / "near_run"))
+    far = begin("far", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "far_run"), *options)
+    near = begin("near", "retract", SCENE, "-q", "-o", str(TMP / "near_run"), *options)
     codes = near.wait(), far.wait()
     robot.send_signal(signal.SIGINT)
     if robot.wait() != 0:
@@ -108,5 +111,25 @@ def kill_client():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
-{"lock_step": lock_step, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+def defras():
+    if subprocess.run([PROGRAM, "preplan", SCENE, "-q", "-o", str(TMP / "plan")], stdout=subprocess.DEVNULL, check=False).returncode > 1:
+        fail("no plan before the operation")
+    lock_step("--defras", "--plan", str(TMP / "plan/plan.json"))
+
+
+def udp():
+    port = str(20000 + os.getpid() % 20000)
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--udp", port, "--time", "60")
+    wait_for("robot", "PSM1 and PSM2")
+    client = pathlib.Path(__file__).resolve().parents[2] / "python/examples/dvrk_udp.py"
+    said = subprocess.run([sys.executable, "-B", client, port, "-40", "-40", "4"], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
+    tip = re.search(r"z = ([\d.]+) mm; .* it holds tissue", said.stdout)
+    if said.returncode != 0 or not tip or abs(float(tip.group(1)) - 34) > 1.5:  # mm: the noise of a measured tip
+        fail(f"exit code {said.returncode}: {said.stdout}\n{text('robot')}")
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0:
+        fail(f"exit code {robot.returncode}:\n{text('robot')}")
+
+
+{"udp": udp, "lock_step": lock_step, "defras": defras, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
