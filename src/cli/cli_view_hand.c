@@ -10,7 +10,10 @@
 #define PRESS_SPEED 0.05  // of the ball
 #define PRESS_MOST 10.0   // N: a hand that presses harder gives way
 #define PRESS_BACK 0.02   // m/s, at which it does
-#define THINNEST 0.4      // of the tissue's thickness under the ball
+#define FINENESS 0.7      // edge of the contact surface over the ball's radius
+#define MIN_TRI 400
+#define MAX_TRI 4000
+#define THINNEST 0.4  // of the tissue's thickness under the ball
 #define SETTLE_SPEED 1e-3
 #define SETTLE_TIME 5.0  // s of the tissue's time, at most
 #define SETTLE_CHUNK 0.25
@@ -170,14 +173,31 @@ static void forget_probe(Hand* h) {
     h->probe = NULL;
 }
 
+// Triangles of a contact surface that are small beside the ball: it would slip through the gaps of a coarse one.
+static OmStatus choose_surface(const Hand* h, int* ntri) {
+    const double edge = FINENESS * h->radius;
+    OmSurface s = {0};
+    OM_TRY(om_tet_mesh_boundary(om_body_mesh(h->body), &s, NULL));
+    double area = 0;
+    for (int t = 0; t < s.ntri; ++t) {
+        const int* v = s.tri_vert + 3 * (size_t)t;
+        const OmVec3 a = om_load3(s.x, v[0]), b = om_sub(om_load3(s.x, v[1]), a);
+        area += 0.5 * om_norm(om_cross(b, om_sub(om_load3(s.x, v[2]), a)));
+    }
+    const double num = area / (0.25 * sqrt(3.0) * edge * edge);
+    om_surface_done(&s);
+    *ntri = (int)fmin(fmax(num, MIN_TRI), MAX_TRI);
+    return OM_OK;
+}
+
 static OmStatus make_probe(Hand* h) {
     if (h->press) return OM_OK;
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     shape.radius = h->radius;
     OM_TRY(om_probe_create(&shape, &h->probe));
     OmPressDef def = om_press_default_def(h->probe);
-    def.has_face_contact = true;  // a small ball would slip between the vertices of a coarse mesh
-    OmStatus status = om_press_create(&def, om_body_tissue(h->body), &h->press);
+    OmStatus status = choose_surface(h, &def.ntri);
+    if (status == OM_OK) status = om_press_create(&def, om_body_tissue(h->body), &h->press);
     if (status < 0) forget_probe(h);
     return status;
 }
