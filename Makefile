@@ -79,6 +79,7 @@ install: build ## install into PREFIX (default /usr/local), below DESTDIR
 	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"
 
 wheel: setup ## the wheel of the Python package, in build/wheel (needs PyPI)
+	@tools/setup.sh tools/packages_wheel.txt
 	@tools/wheel.sh
 
 format: setup ## rewrite the C files in the project's format

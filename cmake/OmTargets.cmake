@@ -34,10 +34,10 @@ function(om_finish_library)
     target_include_directories(omentum_objects PUBLIC
         $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
     target_include_directories(omentum_objects SYSTEM PRIVATE
-        ${CHOLMOD_INCLUDE} ${ARPACK_INCLUDE} ${EMBREE_INCLUDE} ${HDF5_INCLUDE} ${DNNL_INCLUDE} ${PNG_INCLUDE_DIRS} ${ZLIB_INCLUDE_DIRS})
+        ${CHOLMOD_INCLUDE} $<$<NOT:$<BOOL:${OM_WITH_GPL}>>:${SUPERLU_INCLUDE}> ${ARPACK_INCLUDE} ${EMBREE_INCLUDE} ${HDF5_INCLUDE} ${DNNL_INCLUDE} ${PNG_INCLUDE_DIRS} ${ZLIB_INCLUDE_DIRS})
     target_include_directories(omentum_objects PRIVATE ${PROJECT_SOURCE_DIR}/src)
     target_link_libraries(omentum_objects PRIVATE om_flags PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS omentum_dds_types)
-    set(libs ${CHOLMOD_LIBRARY} ${UMFPACK_LIBRARY} ${ARPACK_LIBRARY} ${OPENBLAS_LIBRARY} ${EMBREE_LIBRARY} ${CLINGO_LIBRARY} ${HDF5_LIBRARY} ${DNNL_LIBRARY}
+    set(libs ${CHOLMOD_LIBRARY} ${OM_LU_LIBRARY} ${ARPACK_LIBRARY} ${OPENBLAS_LIBRARY} ${EMBREE_LIBRARY} ${CLINGO_LIBRARY} ${HDF5_LIBRARY} ${DNNL_LIBRARY}
         PNG::PNG ZLIB::ZLIB PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS PkgConfig::CYCLONEDDS Threads::Threads m)
     if(OM_WITH_OPENMP)
         list(APPEND libs OpenMP::OpenMP_C)

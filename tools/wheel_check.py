@@ -49,10 +49,18 @@ with tempfile.TemporaryDirectory() as folder:
 assert (here / "NOTICE").exists() and (here / "LICENSE").exists()
 mapped = set(re.findall(r"/\S+\.so[.\w]*", pathlib.Path("/proc/self/maps").read_text()))
 ours = {p for p in mapped if "/site-packages/omentum" in p}
-names = ("cholmod", "umfpack", "openblas", "arpack", "embree3", "clingo", "hdf5", "dnnl", "yaml", "nlopt", "jansson", "png16", "metis")
+names = ("cholmod", "superlu", "openblas", "arpack", "embree3", "clingo", "hdf5", "dnnl", "yaml", "nlopt", "jansson", "png16", "metis")
 if sys.argv[1] == "bundle":
     missing = [n for n in names if not any(f"/lib{n}" in p for p in ours)]
     assert not missing, f"not in the wheel: {missing}"
     texts = {p.stem for p in (here / "licences").glob("*.txt")}
-    assert {"GPL-3", "libcholmod3", "libumfpack5", "libembree3-3", "libdnnl2"} <= texts, texts
+    assert {"LGPL-2.1", "libcholmod3", "libsuperlu5", "libembree3-3", "libdnnl2"} <= texts, texts
+    # no part under the GPL: neither UMFPACK nor the modules of CHOLMOD that are; nothing to link with, and no more than PyPI takes
+    cholmod = ctypes.CDLL(next(p for p in ours if "/libcholmod" in p))
+    assert hasattr(cholmod, "cholmod_analyze") and not hasattr(cholmod, "cholmod_super_numeric") and not hasattr(cholmod, "cholmod_updown")
+    files = [p for p in here.parent.glob("omentum*/**/*") if p.is_file()]
+    assert not [p for p in files if "umfpack" in p.name or p.suffix in (".a", ".h", ".hpp", ".la", ".pc")]
+import importlib.metadata  # noqa: E402
+assert "omentum_gymnasium:register" in {e.value for e in importlib.metadata.entry_points(group="gymnasium.envs")} if sys.version_info >= (3, 10) else True
+assert (here.parent / "omentum_gymnasium.pth").exists()
 print(f"{om.__version__} in {here.parent.parent}: {tissue.forces().pull[0][2]:.4f} N, {len(ours)} libraries of {len(mapped)} from the package")

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "cli_common.h"
+#include "cli_version.h"
 
 static void print_help(FILE* out) {
     const OmCliVerb* v;
@@ -18,7 +19,7 @@ static void print_help(FILE* out) {
         "\n  omentum help VERB          options and examples of a verb, as omentum VERB --help\n"
         "  omentum man                the man page\n"
         "  omentum completion SHELL   completion for bash, zsh or fish\n"
-        "  omentum --version          the version\n\n"
+        "  omentum --version          the version, commit, processor, libraries\n\n"
         "Exit codes: 0 done; 1 done, with a negative outcome; 2 wrong command line; 3 bad input or "
         "failed output; 4 done and files written, but standard output failed; 130 cancelled\n");
 }
@@ -112,7 +113,7 @@ int main(int argc, char** argv) {
         return om_cli_check_output(OM_EXIT_OK);
     }
     if (strcmp(word, "--version") == 0) {
-        printf("omentum %s\n", om_version());
+        om_cli_print_version();
         return om_cli_check_output(OM_EXIT_OK);
     }
     if (strcmp(word, "help") == 0) return om_cli_check_output(show_help(argc - 2, argv + 2));

@@ -19,6 +19,11 @@
 #include "solve/solve_internal.h"
 
 #define MANY_FLOPS 2e9  // some hundred milliseconds on one processor
+#ifdef OM_WITH_GPL
+#define KIND CHOLMOD_SUPERNODAL
+#else  // the supernodal module is under the GPL
+#define KIND CHOLMOD_SIMPLICIAL
+#endif
 
 struct OmCholesky {
     cholmod_common common;
@@ -82,7 +87,9 @@ static OmStatus begin(size_t n, size_t nnz, OmCholesky** out) {
     cholmod_common* c = &chol->common;
     chol->is_started = cholmod_start(c) != 0;
     c->print = 0;
-    c->supernodal = CHOLMOD_SUPERNODAL;
+    c->supernodal = KIND;
+    // a simplicial factor stops at a pivot that is not positive, as a supernodal one does
+    c->final_ll = 1;
     chol->lower = cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, CHOLMOD_REAL, c);
     OM_TRY_DONE(status_of(chol, "create"));
     *out = chol;
@@ -114,6 +121,14 @@ OmStatus om__cholesky_create(const OmBsr* A, bool is_single, OmCholesky** out) {
 done:
     if (status < 0) om__cholesky_destroy(chol);
     return status;
+}
+
+OmStatus om__find_order(const OmBsr* A, int* order) {
+    OmCholesky* chol;
+    OM_TRY(om__cholesky_create(A, true, &chol));
+    memcpy(order, chol->factor->Perm, chol->lower->nrow * sizeof *order);
+    om__cholesky_destroy(chol);
+    return OM_OK;
 }
 
 static void fill_csr(const OmCsr* A, OmCholesky* chol) {

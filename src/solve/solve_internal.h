@@ -13,7 +13,7 @@
 #include "omentum/solve_eigen.h"
 
 typedef struct OmCholesky OmCholesky;    // solve_cholmod.c
-typedef struct OmLu OmLu;                // solve_umfpack.c
+typedef struct OmLu OmLu;                // solve_umfpack.c, or solve_superlu.c
 typedef struct OmMultigrid OmMultigrid;  // solve_multigrid.c
 
 typedef struct OmInterp OmInterp;  // solve_multigrid.h
@@ -206,7 +206,20 @@ OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned c
 /// b: nrhs columns of 3 nvert, or of n for a matrix of numbers, overwritten with the solution.
 OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b);
 
-// ---- solve_umfpack.c --------------------------------------------------------------------------------
+/// An order of the rows in which a factor of the symmetric pattern fills little; order[new] = old (3 nvert).
+OmStatus om__find_order(const OmBsr* A, int* order);
+
+// ---- solve_rows.c -----------------------------------------------------------------------------------
+
+/// Blocks of row i left of the diagonal one.
+int om__row_count_lower(const OmBsr* A, int i);
+/// Block m of row i in ascending order of columns; nlower: of om__row_count_lower.
+int om__row_block(const OmBsr* A, int i, int m, int nlower);
+/// The numbers of A by rows with ascending columns (9 nblock); prescribed degrees of freedom are of the identity.
+/// @return OM_OK; OM_INVALID (a value is not finite)
+OmStatus om__rows_write(const OmBsr* A, const unsigned char* fixed, double* out);
+
+// ---- solve_umfpack.c, or solve_superlu.c ------------------------------------------------------------
 
 OmStatus om__lu_create(const OmBsr* A, OmLu** lu);
 void om__lu_destroy(OmLu* lu);

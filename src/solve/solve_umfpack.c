@@ -27,27 +27,15 @@ static OmStatus status_of(SuiteSparse_long code, const char* what) {
     return om_error(OM_INVALID, "UMFPACK %s: status %d", what, (int)code);
 }
 
-// Blocks of row i in ascending order of columns: the lower neighbours, the diagonal one, the upper ones.
-static int block_of(const OmBsr* A, int i, int m, int nlower) {
-    if (m == nlower) return A->row_adr[i];
-    return A->row_adr[i] + (m < nlower ? m + 1 : m);
-}
-
-static int count_lower(const OmBsr* A, int i) {
-    int num = 0;
-    for (int k = A->row_adr[i] + 1; k < A->row_adr[i + 1] && A->col[k] < i; ++k) ++num;
-    return num;
-}
-
 static void fill_pattern(const OmBsr* A, OmLu* lu) {
     SuiteSparse_long at = 0;
     for (int i = 0; i < A->nvert; ++i) {
-        int nlower = count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
+        int nlower = om__row_count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
         for (int r = 0; r < 3; ++r) {
             lu->begin[3 * i + r] = at;
             for (int m = 0; m < num; ++m)
                 for (int c = 0; c < 3; ++c)
-                    lu->row[at++] = 3 * A->col[block_of(A, i, m, nlower)] + c;
+                    lu->row[at++] = 3 * A->col[om__row_block(A, i, m, nlower)] + c;
         }
     }
     lu->begin[lu->n] = at;
@@ -88,25 +76,7 @@ void om__lu_destroy(OmLu* lu) {
 }
 
 OmStatus om__lu_refresh(OmLu* lu, const OmBsr* A, const unsigned char* fixed) {
-    double* out = lu->value;
-    bool is_finite = true;
-    for (int i = 0; i < A->nvert; ++i) {
-        int nlower = count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
-        for (int r = 0; r < 3; ++r) {
-            bool is_fixed = fixed[3 * i + r];
-            for (int m = 0; m < num; ++m) {
-                int k = block_of(A, i, m, nlower), j = A->col[k];
-                for (int c = 0; c < 3; ++c) {
-                    size_t at = 9 * (size_t)k + (size_t)(3 * c + r);
-                    double e = A->exact ? A->exact[at] : (double)A->value[at];
-                    is_finite = is_finite && e * 0.0 == 0.0;
-                    if (is_fixed || fixed[3 * j + c]) e = i == j && r == c ? 1.0 : 0.0;
-                    *out++ = e;
-                }
-            }
-        }
-    }
-    OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
+    OM_TRY(om__rows_write(A, fixed, lu->value));
     umfpack_dl_free_numeric(&lu->numeric);
     om__blas_begin(1);
     long code = umfpack_dl_numeric(lu->begin, lu->row, lu->value, lu->symbolic, &lu->numeric,

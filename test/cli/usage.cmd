@@ -2,6 +2,10 @@
 $ omentum --version
 exit 0
 out ^omentum [0-9]+\.[0-9]+\.[0-9]+$
+out ^commit ([0-9a-f]{8,}(-dirty)?|unknown), compiler [0-9]
+out ^with(out)? parts under the GPL: 
+out ^processors [1-9][0-9]*: (x86_64|aarch64)
+out ^libraries .*libc\.so\.6.*libcholmod\.so\.3.*libomentum\.so\.
 no-err
 
 $ omentum --help

@@ -70,7 +70,7 @@ cmake -S "$here/consumer" -B "$tmp/two/build" -DCMAKE_PREFIX_PATH="$tmp/prefix" 
 cli=$tmp/prefix/bin/omentum
 if [ -x "$build/bin/omentum" ]; then
     cd "$tmp"
-    env -i PATH=/usr/bin:/bin "$cli" --version | grep -qxF "omentum $version" || fail "omentum --version"
+    env -i PATH=/usr/bin:/bin "$cli" --version | grep -xF "omentum $version" > /dev/null || fail "omentum --version"
     [ "$(PKG_CONFIG_PATH=$lib/pkgconfig pkg-config --modversion omentum)" = "$version" ] || fail "version of the pkg-config file"
     env -i PATH=/usr/bin:/bin "$cli" --help | grep -q retract || fail "omentum --help"
     ! env -i PATH=/usr/bin:/bin "$cli" nonsense 2> "$tmp/err" || fail "an unknown verb succeeded"
