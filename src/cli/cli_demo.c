@@ -74,8 +74,10 @@ static OmStatus make_path(const Demo* d, const char* name, char* path, size_t si
 static OmStatus make_volume(Demo* d) {
     char path[1200];
     d->ct_def = om_ct_default_def(SEED);
-    d->ct_def.organ_half = 0.048;
+    d->ct_def.organ_half = 0.058;
+    d->ct_def.organ_lobes = 0.2;
     d->ct_def.fat_half = 0.032;
+    d->ct_def.fat_exponent = 4;
     d->ct_def.fat_thickness = FAT;
     OM_TRY(om_progress_report(om_cli_progress(d->is_quiet), "CT", 0, 1));
     OM_TRY(om_ct_make(&d->ct_def, &d->ct, &d->truth));
@@ -118,6 +120,7 @@ static OmStatus make_scene(Demo* d) {
     s->tissue.view = om_vec3(0, 0, -1);
     s->attach.kind = OM_ATTACH_SET;
     s->organ.deforms = OM_IN_TRUTH;
+    s->endoscope.distance = 0.14;
     s->believed.kind = OM_BELIEF_BOX;
     s->believed.lo = om_vec3(0.012, -0.1, -0.1);  // the side away from the endoscope
     s->believed.hi = om_vec3(0.1, 0.1, 0.1);

@@ -3,8 +3,8 @@
 //        gas                      y (anterior)
 //      ______________             |
 //     / fat   __     \            |      The organ is a superellipsoid of exponent 4, cut by the lower border of
-//    |_______/tu\_____|           |      the volume. The fat has a superelliptic outline of exponent 6, round rims; its
-//   /  organ \__/      \          +-- x  outer side has ripples of gradient noise.
+//    |_______/tu\_____|           |      the volume; lobes narrow its outline between them. The fat has a superelliptic
+//   /  organ \__/      \          +-- x  outline, round rims; its outer side has ripples of gradient noise.
 //
 // Each voxel holds the mean density of 3 x 3 x 3 samples (partial volume), then Gaussian blur, then white noise. The
 // true label of a voxel is that of most samples. Thresholds lie half-way between mean densities, after a Gaussian of
@@ -44,6 +44,7 @@ OmCtDef om_ct_default_def(uint64_t seed) {
                      .voxel = 1.5e-3,
                      .organ_half = 0.070,
                      .fat_half = 0.048,
+                     .fat_exponent = 6,
                      .fat_thickness = 7e-3,
                      .fat_ripple = 0.7e-3,
                      .tumour_shift = {8e-3, -6e-3},
@@ -60,6 +61,15 @@ static OmStatus check_def(const OmCtDef* d) {
     OM_CHECK(d->fat_half >= 0.02 && d->fat_half < d->organ_half && d->organ_half <= 0.2, OM_INVALID,
              "fat_half and organ_half: %g and %g mm; they must ascend, from 20 to 200",
              1e3 * d->fat_half, 1e3 * d->organ_half);
+    OM_CHECK(d->organ_lobes >= 0 && d->organ_lobes <= 0.2, OM_INVALID,
+             "organ_lobes: %g is outside 0 to 0.2", d->organ_lobes);
+    OM_CHECK(d->fat_exponent >= 2 && d->fat_exponent <= 10, OM_INVALID,
+             "fat_exponent: %g is outside 2 to 10", d->fat_exponent);
+    const double corner = d->fat_half * exp2(0.5 - 1 / d->fat_exponent);
+    OM_CHECK(corner < d->organ_half * (d->organ_lobes > 0 ? 1 - d->organ_lobes : exp2(0.25)),
+             OM_INVALID,
+             "organ_lobes: between them the organ is narrower than the fat's corners, %.0f mm",
+             1e3 * corner);
     OM_CHECK(d->fat_thickness >= 2e-3 && d->fat_thickness <= 0.015, OM_INVALID,
              "fat_thickness: %g mm is outside 2 to 15", 1e3 * d->fat_thickness);
     OM_CHECK(d->fat_ripple >= 0 && d->fat_ripple < 0.5 * d->fat_thickness, OM_INVALID,
@@ -87,9 +97,16 @@ typedef struct Column {           // above one point of the plane y = 0; m
     double fat_top;               // below the organ's or tumour's top: none
 } Column;
 
+// Half the organ's extent in the direction of a point: lobes of three and of five in a turn, in the ratio 3 to 2.
+static double organ_half(const OmCtDef* d, double x, double z) {
+    const double turn = atan2(z, x), lobe = 0.6 * cos(3 * turn + 1) + 0.4 * cos(5 * turn - 0.5);
+    return d->organ_half * (1 - 0.5 * d->organ_lobes * (1 - lobe));
+}
+
 // Height of the organ: a superellipsoid of exponent 4 whose highest point is at y = 0.
 static double organ_top(const OmCtDef* d, double x, double z) {
-    double rest = 1 - pow(fabs(x) / d->organ_half, 4) - pow(fabs(z) / d->organ_half, 4);
+    const double half = organ_half(d, x, z);
+    double rest = 1 - pow(fabs(x) / half, 4) - pow(fabs(z) / half, 4);
     return rest > 0 ? ORGAN_DEPTH * (pow(rest, 0.25) - 1) : -HUGE_VAL;
 }
 
@@ -102,10 +119,12 @@ static Column column_at(const OmCtDef* d, double x, double z) {
         c.tumour_lo = center - sqrt(left);
         c.tumour_hi = center + sqrt(left);
     }
-    double rim = 1 - pow(fabs(x) / d->fat_half, 6) - pow(fabs(z) / d->fat_half, 6);
+    const double e = d->fat_exponent;
+    double rim = 1 - pow(fabs(x) / d->fat_half, e) - pow(fabs(z) / d->fat_half, e);
     if (rim <= 0) return c;
     double noise = om_noise_perlin(om_vec3(x / RIPPLE, 0.37, z / RIPPLE), d->seed);
-    double thickness = (d->fat_thickness + d->fat_ripple * noise) * fmin(1, 1.3 * sqrt(rim));
+    double thickness = (d->fat_thickness + d->fat_ripple * noise) *
+                       fmin(1, 1.3 * sqrt(6 / e * rim));  // as steep for each exponent
     c.fat_top = fmax(c.organ_top, c.tumour_hi > c.tumour_lo ? c.tumour_hi : -HUGE_VAL) + thickness;
     return c;
 }

@@ -53,6 +53,56 @@ static void test_densities_and_sizes(void** unused) {
     om_volume_done(&truth);
 }
 
+// Outlines: lobes of three and five in a turn at 5 mm below the organ's highest point, and the area of a superellipse of
+// exponent 4 covered by fat.
+static void test_outlines(void** unused) {
+    (void)unused;
+    OmVolume ct, truth;
+    OmCtDef def = small_def(3);
+    def.organ_half = 0.058;
+    def.organ_lobes = 0.2;
+    def.fat_exponent = 4;
+    assert_ok(om_ct_make(&def, &ct, &truth));
+    const double edge = pow(1 - pow(19.0 / 24, 4), 0.25);  // of the half axes, 5 mm below the top
+    double least = 1, most = 0;
+    for (int k = 0; k < 24; ++k) {
+        const double turn = k * OM_PI / 12, c = cos(turn), s = sin(turn);
+        const double lobe = 0.6 * cos(3 * turn + 1) + 0.4 * cos(5 * turn - 0.5);
+        const double want =
+            0.058 * (1 - 0.1 * (1 - lobe)) * edge / pow(pow(c, 4) + pow(s, 4), 0.25);
+        double got = 0;
+        for (double r = 0; r < 0.08; r += 2e-4) {
+            OmVec3 at = om_sub(om_vec3(r * c, -0.005, r * s), ct.grid.origin);
+            at = om_scale(1 / def.voxel, at);
+            const int i = (int)lround(at.x), j = (int)lround(at.y), h = (int)lround(at.z);
+            if (i < 0 || h < 0 || i >= ct.grid.dim[0] || h >= ct.grid.dim[2]) break;
+            const size_t v = om_grid_index(ct.grid.dim, i, j, h);
+            if (om_volume_value(&truth, v) >= OM_CT_ORGAN) got = r;
+        }
+        assert_near(got, want, 1.5 * def.voxel);
+        least = fmin(least, got), most = fmax(most, got);
+    }
+    assert_true(most > 1.2 * least);
+    int ncolumn = 0;
+    for (int k = 0; k < ct.grid.dim[2]; ++k)
+        for (int i = 0; i < ct.grid.dim[0]; ++i) {
+            bool has_fat = false;
+            for (int j = 0; j < ct.grid.dim[1]; ++j)
+                has_fat |=
+                    om_volume_value(&truth, om_grid_index(ct.grid.dim, i, j, k)) == OM_CT_FAT;
+            ncolumn += has_fat;
+        }
+    const double area = 4 * pow(def.fat_half * tgamma(1.25), 2) / tgamma(1.5);
+    assert_near(ncolumn * def.voxel * def.voxel, area, 0.05 * area);
+    def.organ_lobes = 0.1, def.organ_half = 0.04;
+    def.fat_half = 0.035;
+    OmVolume none[2];
+    assert_status(om_ct_make(&def, &none[0], &none[1]),
+                  OM_INVALID);  // corners of the fat in the air
+    om_volume_done(&ct);
+    om_volume_done(&truth);
+}
+
 static void test_labels_are_found(void** unused) {
     (void)unused;
     for (uint64_t seed = 1; seed <= 4; seed++) {
@@ -197,9 +247,9 @@ static void test_memory_runs_out(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_densities_and_sizes),  cmocka_unit_test(test_labels_are_found),
-        cmocka_unit_test(test_tissue_over_an_organ), cmocka_unit_test(test_bad_definitions),
-        cmocka_unit_test(test_memory_runs_out),
+        cmocka_unit_test(test_densities_and_sizes), cmocka_unit_test(test_outlines),
+        cmocka_unit_test(test_labels_are_found),    cmocka_unit_test(test_tissue_over_an_organ),
+        cmocka_unit_test(test_bad_definitions),     cmocka_unit_test(test_memory_runs_out),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
