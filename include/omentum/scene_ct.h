@@ -23,13 +23,12 @@ OM_API const char* om_ct_label_text(OmCtLabel label);
 
 typedef struct OmCtDef {
     OmCookie cookie;
-    uint64_t seed;      // of noise and of the shape of the fat's surface
-    double voxel;       // side of a voxel, m; default 1.5 mm
-    double organ_half;  // half the organ's extent to the right and up the body, m; default 70 mm
-    double
-        organ_lobes;  // share of it by which lobes stand out of the outline; default 0, at most 0.2
-    double fat_half;  // half the fat's, m; default 48 mm
-    double fat_exponent;   // of its superelliptic outline, 2 (a circle) to 10; default 6
+    uint64_t seed;         // of noise and of the shape of the fat's surface
+    double voxel;          // side of a voxel, m; default 1.5 mm
+    double organ_half;     // half the organ's extent to the right and up the body, m; default 70 mm
+    double organ_lobes;    // share of it by which lobes stand out; default 0, at most 0.2
+    double fat_half;       // half the fat's, m; default 48 mm
+    double fat_exponent;   // of its outline, a superellipse: 2 (a circle) to 10; default 6
     double fat_thickness;  // m, mean; default 7 mm
     double fat_ripple;     // m, amplitude of the thickness; default 0.7 mm
     // m, of the tumour's centre from the organ's middle: to the right, up the body; default 8 and -6 mm

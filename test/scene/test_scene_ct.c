@@ -53,8 +53,8 @@ static void test_densities_and_sizes(void** unused) {
     om_volume_done(&truth);
 }
 
-// Outlines: lobes of three and five in a turn at 5 mm below the organ's highest point, and the area of a superellipse of
-// exponent 4 covered by fat.
+// Outlines: lobes of three and of five in a turn, 5 mm below the organ's highest point; fat covers the area of a
+// superellipse of exponent 4.
 static void test_outlines(void** unused) {
     (void)unused;
     OmVolume ct, truth;
