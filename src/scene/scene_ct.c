@@ -123,8 +123,8 @@ static Column column_at(const OmCtDef* d, double x, double z) {
     double rim = 1 - pow(fabs(x) / d->fat_half, e) - pow(fabs(z) / d->fat_half, e);
     if (rim <= 0) return c;
     double noise = om_noise_perlin(om_vec3(x / RIPPLE, 0.37, z / RIPPLE), d->seed);
-    double thickness = (d->fat_thickness + d->fat_ripple * noise) *
-                       fmin(1, 1.3 * sqrt(6 / e * rim));  // as steep for each exponent
+    const double full = 1.3 * sqrt(6 / e * rim);  // the rim is as steep for each exponent
+    double thickness = (d->fat_thickness + d->fat_ripple * noise) * fmin(1, full);
     c.fat_top = fmax(c.organ_top, c.tumour_hi > c.tumour_lo ? c.tumour_hi : -HUGE_VAL) + thickness;
     return c;
 }
