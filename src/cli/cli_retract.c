@@ -363,6 +363,10 @@ static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
     s->has_robot = kind && strcmp(kind, "dds") == 0;
     OM_CHECK(!kind || s->has_robot || strcmp(kind, "simulated") == 0, OM_INVALID,
              "option --world: \"%s\"; it is simulated or dds", kind);
+    static const char* const only[] = {"--domain", "--network", "--peer", "--frames"};
+    for (size_t k = 0; !s->has_robot && k < sizeof only / sizeof *only; ++k)
+        OM_CHECK(strcmp(s->verb, "retract") != 0 || !get(args, only[k]), OM_INVALID,
+                 "option %s needs --world dds", only[k]);
     if (!s->has_robot) return OM_OK;
     s->robot = om_dds_world_default_def(&s->scene);
     s->robot.frame = s->frame;

@@ -252,9 +252,16 @@ static void step_move(Arm* arm, double time) {
     arm->setpoint = om_psm_forward(&arm->psm, arm->q);
 }
 
+static bool is_at_goal(const Arm* arm) {
+    const bool is_pose = arm->motion == ARM_SERVO_CP;
+    return is_pose ? memcmp(&arm->setpoint, &arm->goal, sizeof arm->goal) == 0
+                   : memcmp(arm->q, arm->goal_q, sizeof arm->q) == 0;
+}
+
 bool om__arm_step(Arm* arm, double time, double dt) {
     const OmPose before = arm->setpoint;
     const bool is_servo = arm->motion == ARM_SERVO_CP || arm->motion == ARM_SERVO_JP;
+    arm->has_timed_out = is_servo && time - arm->heard > ARM_TIMEOUT && !is_at_goal(arm);
     if (is_servo && time - arm->heard > ARM_TIMEOUT) arm->motion = ARM_HOLD;
     if (arm->motion == ARM_SERVO_CP) step_servo_cp(arm, dt);
     if (arm->motion == ARM_SERVO_JP) step_servo_jp(arm, dt);

@@ -31,6 +31,7 @@ typedef struct Arm {
     double begin, duration;        // s, of ARM_MOVE
     double heard;                  // s, time of the last servoed goal
     double ratio;                  // of the speed of ARM_MOVE, above 0 to 1
+    bool has_timed_out;            // of the last step: it stopped before its goal
     double jaw_goal;               // rad
 } Arm;
 

@@ -641,6 +641,10 @@ static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
     Hand* hand = &r->hand[a];
     if (om__arm_step(&hand->core, r->obs.time, dt))
         OM_TRY(om_world_move(r->def.world, a, hand->core.setpoint, FAST));
+    if (hand->core.has_timed_out) {
+        say(r, "%s: no command for %.2f s: it stops before its goal", hand->name, ARM_TIMEOUT);
+        OM_TRY(send_words(r, hand->warning, "no command in time: the arm stops before its goal"));
+    }
     return om_world_set_jaw(r->def.world, a, hand->core.jaw_goal);
 }
 

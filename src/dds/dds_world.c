@@ -23,8 +23,7 @@
 #define NEW_PICTURE 0.15  // s, age of a picture that is one of now
 #define PICTURE_TIME 1.0  // s that are waited for one
 #define GRACE 0.5         // s to find out whether the robot is in lock-step
-#define FILE_DOMAIN_HINT \
-    "start omentum dvrk in another terminal, or the robot, with the same domain"
+#define HINT "start omentum dvrk in another terminal, or the robot, with the same domain"
 
 typedef struct Limb {  // an arm as its topics show it
     const char* name;
@@ -726,7 +725,7 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         if (!missing || om_clock_now() < end) continue;
         bool has_frame = w->nframe > 0;
         return om_error(OM_UNAVAILABLE,
-                        "nothing usable on topic /%s of domain %d after %.0f s%s: " FILE_DOMAIN_HINT
+                        "nothing usable on topic /%s of domain %d after %.0f s%s: " HINT
                         "; a ROS 2 side with rmw_zenoh is not heard, it needs "
                         "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp",
                         missing, w->def.dds.domain, w->def.wait,

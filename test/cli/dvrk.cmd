@@ -20,3 +20,7 @@ err PSM1 and PSM2 on domain 91
 $ omentum retract small.yaml --world mars -o out
 exit 3
 err it is simulated or dds
+
+$ omentum retract small.yaml --domain 3 -o out
+exit 3
+err option --domain needs --world dds

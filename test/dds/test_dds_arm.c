@@ -160,7 +160,11 @@ static void servo(void** unused) {
     assert_int_equal(n, 16);
     assert_near(om_distance(arm.setpoint.p, goal.p), 0, 0);
     assert_ok(om__arm_servo_cp(&arm, 1, moved(&arm, 0, 0, 0.04)));
+    assert_false(arm.has_timed_out);
     assert_false(om__arm_step(&arm, 1.26, DT));
+    assert_true(arm.has_timed_out);
+    assert_false(om__arm_step(&arm, 1.27, DT));
+    assert_false(arm.has_timed_out);  // said once
     assert_int_equal(arm.motion, ARM_HOLD);
 }
 

@@ -5,6 +5,7 @@
 
 defras         the same of a run with all that the loop can do, on a scene of the repository
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
+real_time      a run by the wall clock exposes the ROI; the robot prints its periods
 udp            the client of python/examples without DDS grasps and pulls
 kill_robot     kill -9 of the robot ends the run with a sentence
 kill_client    kill -9 of the run leaves a robot that says so, serves, and ends well
@@ -20,7 +21,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -117,6 +118,18 @@ def defras():
     lock_step("--defras", "--plan", str(TMP / "plan/plan.json"))
 
 
+def real_time():
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "100")
+    wait_for("robot", "PSM1 and PSM2")
+    run = begin("run", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
+    if run.wait(60) != 0:
+        fail(f"exit code {run.returncode}:\n{text('run')}")
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0:
+        fail(f"exit code {robot.returncode}:\n{text('robot')}")
+    print(text("run").split("\n")[0], text("robot"), sep="\n")
+
+
 def udp():
     port = str(20000 + os.getpid() % 20000)
     robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--udp", port, "--time", "60")
@@ -131,5 +144,5 @@ def udp():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
-{"udp": udp, "lock_step": lock_step, "defras": defras, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
