@@ -122,7 +122,10 @@ OM_API OmStatus om_dds_frames_save(const OmDdsFrame* frame, int nframe, const ch
 typedef struct OmDdsWorldDef {
     OmCookie cookie;
     OmDdsDef dds;
-    const OmScene* scene;     // arms, cameras; borrowed
+    const OmScene* scene;  // arms, cameras; borrowed
+    // Files of the dVRK (om_psm_load_instrument, om_psm_load_arm) for all arms; default null: by tool_type, which must
+    // be a ProGrasp or a large needle driver, on a Classic arm
+    const char *instrument_file, *arm_file;
     const OmDdsFrame* frame;  // before those of tf_static; borrowed   (nframe)
     int nframe;               // default 0
     double wait;              // s that the robot may take to answer; default 5

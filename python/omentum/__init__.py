@@ -42,7 +42,7 @@ from .scene import Body, Scene, Site
 from .tissue import Embedding, StepReport, Tissue, register_engine
 from .view import RunView, View, view
 from .volume import Volume, load_png, save_png
-from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Arm, Observation, RecordedWorld, ReplayedWorld, SimulatedWorld, World
+from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Arm, Observation, RecordedWorld, ReplayedWorld, RobotWorld, SimulatedWorld, World
 
 for _kind in (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged, NotPositiveDefinite,
               TimeLimit, Unavailable):

@@ -7,7 +7,10 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
+
+import omentum as om
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SMALL = ROOT / "test/cli/small.yaml"
@@ -20,7 +23,6 @@ def robot(tmp_path):
     program = os.environ.get("OMENTUM_PROGRAM")
     if not program:
         pytest.skip("needs the program: OMENTUM_PROGRAM")
-    pytest.importorskip("cyclonedds")
     log = tmp_path / "robot"
     with open(log, "w", encoding="utf-8") as out:
         process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60"], stdout=out, stderr=out)
@@ -33,6 +35,7 @@ def robot(tmp_path):
 
 
 def client(*arguments):
+    pytest.importorskip("cyclonedds")
     script = ROOT / "python/examples/dvrk_grasp.py"
     return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, text=True)
 
@@ -54,6 +57,27 @@ def test_a_client_that_is_killed_leaves_the_robot_well(robot):
     while "no client reads the arms any more" not in robot.read_text() and time.time() < end + 20:
         time.sleep(0.05)
     assert "no client reads the arms any more" in robot.read_text()
+
+
+def test_the_package_drives_the_robot(robot):
+    world = om.RobotWorld(SMALL, DOMAIN)
+    world.reset()
+    seen = world.observe(om.DEPTH | om.COLOR)
+    assert seen.depth.shape == (240, 320) and np.median(seen.depth[seen.depth > 0]) > 0.05
+    start = world.observe().arms[0].pose.copy()
+    goal = start.copy()
+    goal[2, 3] += 0.01
+    world.move(0, goal, 0.1)
+    for _ in range(30):
+        world.advance(0.02)
+    assert np.linalg.norm(world.observe().arms[0].pose[:3, 3] - goal[:3, 3]) < 0.001  # m: the tremor
+    assert "PSM1: home: ENABLED, homed" in robot.read_text()
+    world.close()
+
+
+def test_no_robot():
+    with pytest.raises(om.Unavailable, match="PSM1/measured_cp.*rmw_zenoh"):
+        om.RobotWorld(SMALL, (DOMAIN + 50) % 232, wait=0.3)
 
 
 def test_hashes_of_types():

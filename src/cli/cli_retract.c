@@ -36,6 +36,10 @@ static const OmCliOption option[] = {
     {"--frames", NULL, "FILE",
      "with --world dds: where the robot's frames are, by omentum register",
      "the robot's tf_static"},
+    {"--instrument", NULL, "FILE", "with --world dds: instrument, a file of the dVRK (share/tool)",
+     "by tool_type"},
+    {"--arm", NULL, "FILE", "with --world dds: arm, a file of the dVRK (PSM.json, PSM_Si.json)",
+     "Classic"},
     OM_CLI_OPTION_DDS,
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
@@ -363,13 +367,16 @@ static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
     s->has_robot = kind && strcmp(kind, "dds") == 0;
     OM_CHECK(!kind || s->has_robot || strcmp(kind, "simulated") == 0, OM_INVALID,
              "option --world: \"%s\"; it is simulated or dds", kind);
-    static const char* const only[] = {"--domain", "--network", "--peer", "--frames"};
+    static const char* const only[] = {"--domain", "--network",    "--peer",
+                                       "--frames", "--instrument", "--arm"};
     for (size_t k = 0; !s->has_robot && k < sizeof only / sizeof *only; ++k)
         OM_CHECK(strcmp(s->verb, "retract") != 0 || !get(args, only[k]), OM_INVALID,
                  "option %s needs --world dds", only[k]);
     if (!s->has_robot) return OM_OK;
     s->robot = om_dds_world_default_def(&s->scene);
     s->robot.frame = s->frame;
+    s->robot.instrument_file = get(args, "--instrument");
+    s->robot.arm_file = get(args, "--arm");
     if (get(args, "--frames"))
         OM_TRY(om_dds_frames_load(get(args, "--frames"), s->frame, &s->robot.nframe));
     return om_cli_dds(args, &s->robot.dds);

@@ -218,7 +218,7 @@ static void take_wrench(DdsWorld* w, Limb* l) {
 }
 
 // A latched message comes once; the frame that it needs may come later.
-static void take_tool(DdsWorld* w, int a) {
+static OmStatus take_tool(DdsWorld* w, int a) {
     Limb* l = &w->limb[a];
     LinkMessage m;
     char name[80];
@@ -226,11 +226,14 @@ static void take_tool(DdsWorld* w, int a) {
     while (om__link_take(w->link, l->tool_type, &m))
         snprintf(l->tool, sizeof l->tool, "%.63s", m.text);
     const bool is_needle = strstr(l->tool, "LARGE_NEEDLE_DRIVER") != NULL;
-    const bool is_known = is_needle || strstr(l->tool, "PROGRASP") != NULL;
+    const bool is_known = is_needle || strstr(l->tool, "PROGRASP") || w->def.instrument_file;
     snprintf(name, sizeof name, "%s_base", l->name);
-    if (w->head.psm[a] || !is_known || !find_frame(w, name, &base)) return;
+    if (w->head.psm[a] || !is_known || !find_frame(w, name, &base)) return OM_OK;
     l->psm = om_psm_default(is_needle ? OM_LARGE_NEEDLE_DRIVER : OM_PROGRASP, base);
+    if (w->def.instrument_file) OM_TRY(om_psm_load_instrument(w->def.instrument_file, &l->psm));
+    if (w->def.arm_file) OM_TRY(om_psm_load_arm(w->def.arm_file, &l->psm));
     w->head.psm[a] = &l->psm;
+    return OM_OK;
 }
 
 // ---- pictures -----------------------------------------------------------------------------------------------------
@@ -322,7 +325,7 @@ static OmStatus take_all(DdsWorld* w) {
     take_frames(w);
     for (int a = 0; a < w->head.narm; ++a) {
         Limb* l = &w->limb[a];
-        take_tool(w, a);
+        OM_TRY(take_tool(w, a));
         OM_TRY(take_pose(w, l));
         take_joints(w, l);
         take_setpoint(w, l);
@@ -723,6 +726,13 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         OM_TRY(take_all(w));
         missing = find_missing(w, text, sizeof text);
         if (!missing || om_clock_now() < end) continue;
+        for (int a = 0; a < w->head.narm; ++a)
+            OM_CHECK(
+                w->head.psm[a] || !w->limb[a].tool[0] || !strstr(missing, "tool_type"),
+                OM_UNAVAILABLE,
+                "%s has the instrument \"%s\": give its file of the dVRK by --instrument, and that "
+                "of its arm by --arm; or /tf_static lacks %s_base",
+                w->limb[a].name, w->limb[a].tool, w->limb[a].name);
         bool has_frame = w->nframe > 0;
         return om_error(OM_UNAVAILABLE,
                         "nothing usable on topic /%s of domain %d after %.0f s%s: " HINT
