@@ -99,7 +99,7 @@ def main():
         check_readable(out, wrong, names)
         # the program reads its own model again, under its sets' names
         again = run(b"update", os.fsencode(out / "patient.yaml"), b"none.yaml", b"-q", b"-o", b"none")
-        if b"has no ROI" not in again.stderr:  # said after patient.yaml and the mesh are read
+        if b"no region of interest" not in again.stderr:  # said after patient.yaml and the mesh are read
             wrong.append(f"{names}: its own model is refused: {again.stderr}")
     for k, name in enumerate(HOSTILE):
         if k % 2 not in parts:
