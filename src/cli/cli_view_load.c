@@ -15,6 +15,7 @@
 #define STEPS 60.0     // in a second
 #define GRASP_SHARE \
     0.75  // of a mean edge: a grasp reaches a vertex wherever the surface is touched
+#define CLUSTER_SHARE 1.5   // radius of a cluster over a mean edge
 #define DISTANCE_SHARE 2.5  // of the endoscope from the tissue, over its half size
 
 static bool has_end(const char* name, const char* end) {
@@ -85,10 +86,14 @@ static double measure(const OmTetMesh* mesh) {
 // Settings by size and number of the elements.
 static void fit_scene(const OmTetMesh* mesh, OmScene* s) {
     const OmSite site = {.mesh = *mesh};
-    const double half = measure(mesh);
+    const double half = measure(mesh), spacing = om_site_spacing(&site);
     s->task.time_step = 1 / STEPS;
-    s->task.grasp_radius = fmax(s->task.grasp_radius, GRASP_SHARE * om_site_spacing(&site));
+    s->task.grasp_radius = fmax(s->task.grasp_radius, GRASP_SHARE * spacing);
     s->tissue.element = mesh->ntet <= FEW_TETS ? OM_ELEMENT_QUADRATIC : OM_ELEMENT_LINEAR;
+    // clusters of engine pbd join particles that are farther apart than those of the scene's default
+    const double radius = fmax(s->tissue.cluster_radius, CLUSTER_SHARE * spacing);
+    s->tissue.cluster_spacing *= radius / s->tissue.cluster_radius;
+    s->tissue.cluster_radius = radius;
     s->endoscope.distance = fmax(s->endoscope.distance, DISTANCE_SHARE * half);
 }
 
