@@ -50,6 +50,8 @@ typedef struct OmDdsRobotDef {
     bool is_lock_step;
     // Also serve commands in JSON by UDP on 127.0.0.1 (doc/dvrk.md); default 0: not
     int udp_port;
+    // Also send tools and the tissue's surface by OpenIGTLink on TCP, 127.0.0.1, for 3D Slicer; default 0: not
+    int igtl_port;
     // error, warning and status as crtk_msgs/StringStamped, as JHU's simulators; default false: std_msgs/String
     bool has_stamped_strings;
     void (*say)(void* ctx, const char* sentence);  // events, in words; default null

@@ -333,16 +333,17 @@ class RobotWorld(SimulatedWorld):
         world.move(0, point, 0.02)
         world.advance(0.02)                             # one goal is sent; takes 20 ms of the wall clock
 
-    It observes DEPTH, COLOR and IMAGE, and knows no truth. A fault stops the motion, and every later call raises it again.
+    It observes DEPTH, COLOR and IMAGE, and knows no truth. A fault stops the motion, and every later call raises it again: a pose
+    older than `stale` (s), a jump, an arm that is not homed any more.
     """
 
     def __init__(self, scene: Scene | str | os.PathLike[str], domain: int = 0, *, network: str | None = None, peer: str | None = None,
-                 wait: float = 5.0) -> None:
+                 wait: float = 5.0, stale: float = 0.1) -> None:
         refuse_fork("a robot")
         self.scene = scene_of(scene).copy()
         definition = lib.om_dds_world_default_def(ctypes.byref(self.scene))
         definition.dds.domain = domain
         definition.dds.network = network.encode() if network else None
         definition.dds.peer = peer.encode() if peer else None
-        definition.wait = wait
+        definition.wait, definition.stale = wait, stale
         self._take(create(lib.om_world_create_dds, ctypes.byref(definition)), self.scene)

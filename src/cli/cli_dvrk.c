@@ -14,6 +14,8 @@ static const OmCliOption option[] = {
     {"--lock-step", NULL, NULL, "time advances only with omentum retract --world dds"},
     {"--udp", NULL, "PORT", "commands in JSON by UDP, too, for this machine alone", "none", NULL, 1,
      65535},
+    {"--igtl", NULL, "PORT", "tools and tissue by OpenIGTLink, too, for 3D Slicer on this machine",
+     "none", NULL, 1, 65535},
     {"--stamped-strings", NULL, NULL,
      "error, warning and status are crtk_msgs/StringStamped, as in JHU's simulators"},
     OM_CLI_OPTION_DATA,
@@ -93,6 +95,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
         def.eyes = eyes;
     }
     OM_TRY_DONE(om_cli_int(args, "--udp", &def.udp_port));
+    OM_TRY_DONE(om_cli_int(args, "--igtl", &def.igtl_port));
     def.has_stamped_strings = om_cli_get(args, "--stamped-strings") != NULL;
     if (!s->is_quiet) def.say = say;
     OM_TRY_DONE(om_dds_robot_create(&def, &robot));

@@ -15,6 +15,7 @@
 #include <time.h>
 
 #include "dds/dds_arm.h"
+#include "dds/dds_igtl.h"
 #include "dds/dds_udp.h"
 #include "omentum/base_job.h"
 
@@ -46,8 +47,14 @@ typedef struct Eye {  // a camera with its topics
 struct OmDdsRobot {
     OmDdsRobotDef def;
     Link* link;
-    Udp* udp;      // null: not served
-    OmText reply;  // to the last datagram
+    Udp* udp;        // null: not served
+    OmText reply;    // to the last datagram
+    Stream* igtl;    // null: not served
+    OmText shown;    // its last message
+    OmSurface skin;  // of the tissue; its vertices are skin_vert of om_body_x
+    int* skin_vert;
+    double next_shown;  // s of the wall clock
+    int nshown;
     Hand hand[OM_MAX_ARM];
     Hand ecm;  // the endoscope: it has states and a pose, and does not move
     int narm, nend;
@@ -489,6 +496,28 @@ static unsigned wanted_pictures(const OmDdsRobot* r) {
     return what;
 }
 
+// ---- OpenIGTLink --------------------------------------------------------------------------------------------------
+
+#define SHOW_RATE 30.0       // Hz, of tools
+enum { SURFACE_EVERY = 5 };  // of these a surface
+
+// Tools, and now and then the surface, where somebody watches.
+static OmStatus show(OmDdsRobot* r) {
+    const double now = om_clock_now();
+    if (!r->igtl || now < r->next_shown) return OM_OK;
+    r->next_shown = fmax(r->next_shown + 1 / SHOW_RATE, now);
+    if (om__stream_count(r->igtl) == 0) return OM_OK;
+    r->shown.len = 0;
+    for (int a = 0; a < r->narm; ++a)
+        OM_TRY(om__igtl_transform(r->hand[a].name, stamp(r), r->obs.arm[a].tip, &r->shown));
+    OM_TRY(om__igtl_transform(r->ecm.name, stamp(r), r->endoscope.camera.pose_world_camera,
+                              &r->shown));
+    if (r->skin.ntri > 0 && r->nshown++ % SURFACE_EVERY == 0)
+        OM_TRY(om__igtl_surface("Tissue", stamp(r), &r->skin,
+                                om_body_x(om_world_truth(r->def.world)), r->skin_vert, &r->shown));
+    return om__stream_send(r->igtl, r->shown.str, r->shown.len);
+}
+
 // ---- commands -----------------------------------------------------------------------------------------------------
 
 // The last message of a topic; all are counted.
@@ -703,6 +732,7 @@ static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progre
             OM_TRY(begin_look(r, wanted_pictures(r)));
             r->next_picture = fmax(r->next_picture + 1 / r->def.picture_rate, r->obs.time);
         }
+        OM_TRY(show(r));
         watch_readers(r);
         next += dt;
         if (om_clock_now() - next > 0.1) next = om_clock_now();  // slower than time: no hurry after
@@ -747,6 +777,7 @@ static OmStatus run_in_lock_step(OmDdsRobot* r, double end, const OmProgress* pr
         om__link_wait(r->link, BEAT);
         OM_TRY(take_commands(r));
         OM_TRY(take_tick(r));
+        OM_TRY(show(r));
         watch_readers(r);
         const double now = om_clock_now();
         if (before != r->report.ntick) last = now;
@@ -775,6 +806,8 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
              "OmDdsRobotDef.rate is %g Hz; 1 to 1000", def->rate);
     OM_CHECK(def->udp_port >= 0 && def->udp_port <= 65535, OM_INVALID,
              "OmDdsRobotDef.udp_port is %d; 0 to 65535", def->udp_port);
+    OM_CHECK(def->igtl_port >= 0 && def->igtl_port <= 65535, OM_INVALID,
+             "OmDdsRobotDef.igtl_port is %d; 0 to 65535", def->igtl_port);
     OM_CHECK(def->picture_rate >= 0 && def->picture_rate <= 1000, OM_INVALID,
              "OmDdsRobotDef.picture_rate is %g Hz; 0 to 1000", def->picture_rate);
     return OM_OK;
@@ -811,6 +844,11 @@ static OmStatus begin(OmDdsRobot* r) {
         r->snapshot = om_alloc(size, 1);
         if (!r->snapshot) return OM_NO_MEMORY;
     }
+    if (r->def.igtl_port > 0) {
+        OM_TRY(om__stream_open(r->def.igtl_port, &r->igtl));
+        const OmTetMesh* mesh = om_body_mesh(om_world_truth(r->def.world));
+        OM_TRY(om_tet_mesh_boundary(mesh, &r->skin, &r->skin_vert));
+    }
     if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
     OM_TRY(add_all(r));
@@ -841,6 +879,10 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om_job_join(robot->job);
     om__link_destroy(robot->link);
     om__udp_close(robot->udp);
+    om__stream_close(robot->igtl);
+    om_text_done(&robot->shown);
+    om_surface_done(&robot->skin);
+    om_free(robot->skin_vert);
     om_text_done(&robot->reply);
     om_observation_done(&robot->obs);
     om_observation_done(&robot->seen);

@@ -43,4 +43,15 @@ void om__udp_close(Udp* udp);
 bool om__udp_take(Udp* udp, const char** data, size_t* size);
 void om__udp_answer(Udp* udp, const char* data, size_t size);
 
+// TCP on 127.0.0.1: messages for every client. What clients say is not read.
+typedef struct Stream Stream;
+// @return OM_OK; OM_IO (the port is taken); OM_NO_MEMORY
+OmStatus om__stream_open(int port, Stream** stream);
+void om__stream_close(Stream* stream);
+// Clients that are connected; new ones are taken, lost ones are forgotten.
+int om__stream_count(Stream* stream);
+// A client that has not taken the whole last message misses this one.
+// @return OM_NO_MEMORY
+OmStatus om__stream_send(Stream* stream, const char* data, size_t size);
+
 #endif

@@ -92,6 +92,9 @@ static void stops(void** unused) {
     assert_false(om__arm_step(&arm, DT, DT));
     assert_ok(om__arm_command(&arm, "resume"));
     assert_false(om__arm_step(&arm, 2 * DT, DT));
+    assert_ok(om__arm_move_cp(&arm, 0, moved(&arm, 0, 0.02, 0)));
+    assert_ok(om__arm_command(&arm, "unhome"));  // enabled still
+    assert_false(om__arm_step(&arm, 0, DT));
 }
 
 static void refused(void** unused) {

@@ -146,6 +146,48 @@ static void as_the_field(void** unused) {
     end(&served);
 }
 
+// A reader's next message; the test fails after 5 s without one.
+static LinkMessage next(Link* link, int id) {
+    const double end = om_clock_now() + 5;
+    LinkMessage m = {0};
+    bool is_there = false;
+    while (!(is_there = om__link_take(link, id, &m)) && om_clock_now() < end)
+        om__link_wait(link, 0.02);
+    assert_true(is_there);
+    return m;
+}
+
+// A tick that says how many commands it follows waits for them: here its command is sent after it.
+static void a_tick_waits(void** unused) {
+    (void)unused;
+    Served s;
+    Link* link;
+    int tick, tock, home;
+    begin(&s, true, INFINITY);
+    const OmDdsDef dds = make_dds();
+    assert_ok(om__link_create(&dds, &link));
+    assert_ok(om__link_add(link, LINK_OUT, LINK_TICK, "omentum/tick", 5, &tick));
+    assert_ok(om__link_add(link, LINK_IN, LINK_TOCK, "omentum/tock", 5, &tock));
+    assert_ok(om__link_add(link, LINK_OUT, LINK_STAMPED, "PSM1/state_command", 1, &home));
+    while (!om__link_count(link, tick) || !om__link_count(link, tock) ||
+           !om__link_count(link, home))
+        om__link_wait(link, 0.01);
+    LinkMessage m = {.tick = {.client = 7, .number = 1}};
+    assert_ok(om__link_write(link, tick, &m));
+    assert_int_equal(next(link, tock).tick.number, 1);
+    m.tick.number = 2, m.tick.ncommand = 1, m.tick.dt = DT;
+    assert_ok(om__link_write(link, tick, &m));
+    const double until = om_clock_now() + 0.15;
+    while (om_clock_now() < until) om__link_wait(link, 0.05);
+    assert_false(om__link_take(link, tock, &m));
+    assert_ok(om__link_write(link, home, &(LinkMessage){.text = "home"}));
+    m = next(link, tock);
+    assert_int_equal(m.tick.number, 2);
+    assert_near(m.time, DT, 1e-12);
+    om__link_destroy(link);
+    end(&s);
+}
+
 // A state that another client changes, and a robot that goes away, stop the world with a sentence that stays.
 static void stops(void** unused) {
     (void)unused;
@@ -171,17 +213,6 @@ static void stops(void** unused) {
     om_world_destroy(world);
     om__link_destroy(other);
     end(&s);
-}
-
-// A reader's next message; the test fails after 5 s without one.
-static LinkMessage next(Link* link, int id) {
-    const double end = om_clock_now() + 5;
-    LinkMessage m = {0};
-    bool is_there = false;
-    while (!(is_there = om__link_take(link, id, &m)) && om_clock_now() < end)
-        om__link_wait(link, 0.02);
-    assert_true(is_there);
-    return m;
 }
 
 // A second source of an arm's pose lies: each lie stops the world. An old pose that comes late is no lie, and is not
@@ -300,9 +331,12 @@ static void nobody_there(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(as_the_field), cmocka_unit_test(stops),
-        cmocka_unit_test(lies),         cmocka_unit_test(gone),
-        cmocka_unit_test(nobody_there), cmocka_unit_test(endoscope_and_warnings)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(as_the_field),
+                                       cmocka_unit_test(a_tick_waits),
+                                       cmocka_unit_test(stops),
+                                       cmocka_unit_test(lies),
+                                       cmocka_unit_test(gone),
+                                       cmocka_unit_test(nobody_there),
+                                       cmocka_unit_test(endoscope_and_warnings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
