@@ -37,7 +37,7 @@ extern "C" {
 // ---- version --------------------------------------------------------------------------------
 
 /// Version of these headers, "major.minor.patch". Before 1.0.0 a new minor version may change the interface.
-#define OM_VERSION "0.1.0"
+#define OM_VERSION "0.2.0"
 /// Version of the library that the program runs with, in the same form. A constant; never null.
 OM_API const char* om_version(void);
 

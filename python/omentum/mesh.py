@@ -269,7 +269,7 @@ class TetMesh:
         ax = self.boundary()[0].plot(ax, color)
         if len(attached := self.sets.get("attachment", ())):
             _plot.dots(ax, self.x[attached], "attachment", _plot.BLUE)
-            ax.legend()
+            ax.legend(loc="upper right")
         return ax
 
     def to_meshio(self) -> Any:

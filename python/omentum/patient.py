@@ -70,7 +70,7 @@ class Patient:
         _plot.dots(ax, self.mesh.x[self.mesh.sets.get("attachment", [])], "attachment", _plot.BLUE)
         _plot.dots(ax, self.roi_point, "region of interest", _plot.RED)
         if len(self.roi_point) or len(self.mesh.sets.get("attachment", [])):
-            ax.legend()
+            ax.legend(loc="upper right")
         _plot.fit(ax, *(1e3 * x for x in drawn))
         return ax
 

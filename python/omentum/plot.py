@@ -108,7 +108,7 @@ def deformed(ax: Any, mesh: Any, x: np.ndarray, attached: Any, held_by: Any, mea
     dots(ax, np.asarray(x)[np.asarray(attached)], "attached", BLUE)
     dots(ax, np.asarray(x)[np.asarray(held_by) >= 0], "grasped", RED)
     if np.any(attached) or np.any(np.asarray(held_by) >= 0):
-        ax.legend()
+        ax.legend(loc="upper right")  # "best" looks at each triangle
     fit(ax, 1e3 * at)
     return ax
 

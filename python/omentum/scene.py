@@ -110,7 +110,7 @@ class Site(Owner):
         if self.organ:
             _plot.triangles(ax, self.organ.x, self.organ.tri, _plot.FLESH, 0.5)
         _plot.dots(ax, self.roi_x, "region of interest", _plot.RED)
-        ax.legend()
+        ax.legend(loc="upper right")
         return ax
 
     def to_pyvista(self) -> Any:

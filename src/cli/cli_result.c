@@ -1,6 +1,6 @@
 // cli_result.c: --json: one object on standard output, independent of the text that a verb prints for people.
 //
-//     {"program": "omentum", "version": "0.1.0", "verb": "model", "outcome": "done", "exit_code": 0,
+//     {"program": "omentum", "version": "0.2.0", "verb": "model", "outcome": "done", "exit_code": 0,
 //      "message": "", "figures": {"tetrahedra": 1234, ...}, "paths": ["out/liver"]}
 //
 // The outcome follows the exit code. The message is the error, or the reason of the outcome. Keys of figures are those
