@@ -1,4 +1,5 @@
-// dds_frames.c: where a frame of the robot is, from points that it touched (Arun, Huang & Blostein 1987).
+// dds_frames.c: where a frame of the robot is, from points that it touched (Arun, Huang & Blostein 1987). The rotation is
+// the polar factor of the sum of b a^T, which is no mirror also where the points are those of one.
 #include "omentum/dds.h"
 
 #define MIN_POINTS 4      // of three the residuals say nothing
@@ -8,17 +9,6 @@ static OmVec3 centre_of(const double* x, int n) {
     OmVec3 sum = om_vec3(0, 0, 0);
     for (int i = 0; i < n; ++i) sum = om_add(sum, om_load3(x, i));
     return om_scale(1.0 / n, sum);
-}
-
-// The columns of `u` are left singular vectors of the sum of a b^T, those of `v` the right ones.
-static OmMat3 rotation_of(OmMat3 h) {
-    OmMat3 u, v;
-    OmVec3 s;
-    om_mat3_svd(h, &u, &s, &v);
-    OmMat3 r = om_mat3_mul(v, om_mat3_transpose(u));
-    if (om_mat3_det(r) > 0) return r;
-    v.cz = om_scale(-1, v.cz);  // no mirror
-    return om_mat3_mul(v, om_mat3_transpose(u));
 }
 
 static OmMat3 outer(OmVec3 a, OmVec3 b) {
@@ -40,7 +30,7 @@ OmStatus om_dds_frame_fit(const double* x_frame, const double* x_world, int n, O
     OmMat3 h = {0}, spread = {0};
     for (int i = 0; i < n; ++i) {
         const OmVec3 a = om_sub(om_load3(x_frame, i), a0), b = om_sub(om_load3(x_world, i), b0);
-        h = add(h, outer(a, b));
+        h = add(h, outer(b, a));
         spread = add(spread, outer(b, b));
     }
     OmVec3 w;
@@ -52,7 +42,7 @@ OmStatus om_dds_frame_fit(const double* x_frame, const double* x_world, int n, O
         "the points are within %.1f mm (rms) of one line, which leaves the turn about it open: "
         "touch points in two directions, %.0f mm apart or more",
         1e3 * off_line, 1e3 * MIN_SPREAD);
-    const OmQuat q = om_quat_normalize(om_quat_from_mat3(rotation_of(h)));
+    const OmQuat q = om_quat_normalize(om_quat_from_mat3(om_mat3_polar(h)));
     frame->pose_world_frame = (OmPose){om_sub(b0, om_quat_rotate(q, a0)), q};
     frame->npoint = n;
     frame->rms = frame->max = 0;
