@@ -1,5 +1,5 @@
-// dds_frames.c: where a frame of the robot is, from points that it touched (Arun, Huang & Blostein 1987). The rotation is
-// the polar factor of the sum of b a^T, which is no mirror also where the points are those of one.
+// dds_frames.c: where a frame of the robot is, from points that it touched (Arun, Huang & Blostein 1987). The rotation
+// is the polar factor of the sum of b a^T, which is no mirror also where the points are those of one.
 #include "omentum/dds.h"
 
 #define MIN_POINTS 4      // of three the residuals say nothing
