@@ -217,6 +217,11 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
     OmRetractEstimate e;
     OmRetractDef run = om_cli_retract_def(s, dir);
     OM_TRY(om_retract_check(&run, NULL, &e));
+    if (s->has_robot) {  // does it answer?
+        OmWorld* world;
+        OM_TRY(om_world_create_dds(&s->robot, &world));
+        om_world_destroy(world);
+    }
     OmPreplanDef def = om_preplan_default_def(&s->scene);
     def.nworker = s->nworker;
     if (dir) {

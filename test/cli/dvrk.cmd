@@ -24,3 +24,9 @@ err it is simulated or dds
 $ omentum retract small.yaml --domain 3 -o out
 exit 3
 err option --domain needs --world dds
+
+# before the plan, which takes a minute
+$ omentum retract small.yaml --world dds --domain 92 --defras -o out
+exit 3
+err nothing usable on topic /PSM1/measured_cp of domain 92
+no-file out
