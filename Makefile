@@ -39,6 +39,7 @@ check: setup python ## format, layers, quick tests in release, sanitizers where 
 
 check-all: setup python ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
 	@tools/setup.sh tools/packages_ci.txt || echo "check-all: without Open MPI; its tests are skipped"
+	@tools/setup.sh tools/packages_wheel.txt || echo "check-all: without SuperLU; the build without GPL parts is skipped"
 	@tools/python_env.sh python/requirements_slow.txt
 	@tools/check.sh --all
 

@@ -165,6 +165,11 @@ if [ -n "$all" ]; then
     else
         skip "build with MPI" "Open MPI is not installed"
     fi
+    if [ -e /usr/include/superlu/slu_ddefs.h ]; then  # factors alone differ: these rooms use them
+        tests nogpl nogpl --not-label slow --name '^test_(solve|fem|tissue|contact|scene|calibrate|match)_'
+    else
+        skip "build without GPL parts" "libsuperlu-dev is not installed"
+    fi
     stage "mutants" make mutants
 fi
 

@@ -150,6 +150,5 @@ class Contact(Owner):
         return ContactReport(
             c.OmStatus(status), message_of(status), raw.is_settled, raw.is_held_back, raw.nsolve, raw.ncontact, raw.force.copy(),
             raw.penetration, raw.self_penetration, n, table("vert", 4).astype(np.int32), table("weight", 4),
-            table("body", 2).astype(np.int32), *(np.array([getattr(t, name).copy() for t in touch]).reshape(n, 3)
-                                                 for name in ("point", "normal", "force")),
+            table("body", 2).astype(np.int32), table("point", 3), table("normal", 3), table("force", 3),
             np.array([t.gap for t in touch]), c.OmTissueReport.from_buffer_copy(raw.tissue))

@@ -22,6 +22,7 @@ import gymnasium  # noqa: E402 - behind the error that says how to get it
 
 
 def _spaces(task: RlTask) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.MultiDiscrete]:
+    box: Any
     if task.picture_shape:
         box = gymnasium.spaces.Box(0, 255, task.picture_shape, np.uint8)
     else:

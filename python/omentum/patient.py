@@ -158,7 +158,7 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
     volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None
     with contextlib.ExitStack() as stack:
         if volume is None:
-            file = stack.enter_context(without_dicom(source))
+            file = stack.enter_context(without_dicom(os.fsdecode(path)))
             if file != path:
                 definition.input = file.decode()
         listener = stack.enter_context(Progress(progress))

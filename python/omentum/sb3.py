@@ -39,7 +39,7 @@ class VecEnv(Base):
     def reset(self) -> np.ndarray:
         """Begin an episode in every environment; after seed(s) the first one of seed s."""
         seed, self._seed = self._seed, None
-        self.reset_infos = [{} for _ in range(self.num_envs)]
+        self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         return _seen(self.task, self._vec.reset(seed))
 
     def step_async(self, actions: np.ndarray) -> None:

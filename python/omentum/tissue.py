@@ -77,8 +77,8 @@ def _make_materials(definition: Any, mesh: TetMesh, materials: list[dict[str, An
 
 
 def _make_bonds(mesh: Any, bonds: list[tuple[Any, tuple[int, int], float]]) -> tuple[int, Any]:
-    lists = [(index_array(vert, "bonds"), *rest) for vert, *rest in bonds]
-    table, done = (c.OmTissueBond * max(1, sum(len(vert) for vert, *_ in lists)))(), 0
+    lists = [(index_array(vert, "bonds"), tets, stiffness) for vert, tets, stiffness in bonds]
+    table, done = (c.OmTissueBond * max(1, sum(len(vert) for vert, _, _ in lists)))(), 0
     for vert, (first, end), stiffness in lists:
         lib.om_tissue_make_bonds(ctypes.byref(mesh), len(vert), vert.ctypes.data, first, end, stiffness,
                                  ctypes.byref(table[done]))

@@ -7,7 +7,7 @@ import os
 import pathlib
 import tempfile
 import webbrowser
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _capi as c
 from ._lib import Handle, Owner, lib, path_of
@@ -44,7 +44,7 @@ class View(Owner):
         self.add(0.0)
 
     @property
-    def _messages(self) -> ctypes.c_void_p:
+    def _messages(self) -> Any:
         return ctypes.byref(self._page.messages)
 
     def add(self, time: float, **numbers: float) -> None:

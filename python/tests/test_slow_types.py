@@ -22,7 +22,7 @@ def test_the_package_has_no_error_of_types():
 
 def test_a_caller_is_told(tmp_path):
     program = tmp_path / "program.py"
-    program.write_text("import omentum as om\nmesh = om.TetMesh.box((1, 1, 1), (2, 2, 2))\ntissue = om.Tissue(mesh, young='soft')\n"
+    program.write_text("import omentum as om\nmesh = om.TetMesh.box((1, 1, 1), (2, 2, 2))\ntissue = om.Tissue(mesh, young=[3000])\n"
                        "force: str = tissue.forces()\n")
     code, said = mypy(str(program))
     assert code == 1 and "young" in said and ":4:" in said
