@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Write PNG pictures of one size side by side, shrunk: the picture of the README.
+"""Write PNG pictures of one size side by side, or one after the other (an animated PNG), shrunk: README's picture.
 
-    picture_row.py OUT.png WIDTH IN.png ...     (WIDTH of each picture in OUT, in pixels)
+    picture_row.py OUT.png WIDTH IN.png ...               (WIDTH of each picture in OUT, in pixels)
+    picture_row.py --play SECONDS OUT.png WIDTH IN.png ...    (each is shown for SECONDS, the last three times as long)
 
 Each pixel of OUT is the mean of the pixels of IN that it covers. doc/images/retract.png is made by
 
     omentum demo -o out/demo
-    tools/picture_row.py doc/images/retract.png 336 out/demo/run/frames/00{0,3,6}.png
+    tools/picture_row.py --play 0.7 doc/images/retract.png 480 out/demo/run/frames/*.png
 
 Pictures are 8-bit RGB without interlace, as omentum writes them.
 """
@@ -73,20 +74,46 @@ def shrink(width, height, rows, small):
     return [bytes(int(0.5 + scale * sum(w * thin[j][k] for j, w in cells)) for k in range(3 * small)) for cells in down]
 
 
-def write(path, rows):
-    def chunk(kind, body):
-        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-    head = struct.pack(">IIBBBBB", len(rows[0]) // 3, len(rows), 8, 2, 0, 0, 0)
-    body = zlib.compress(b"".join(b"\0" + row for row in rows), 9)
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def squeeze(rows):
+    """Rows as PNG keeps them: each byte less that of the pixel to the left (filter 1)."""
+    lines = (bytes((b - a) & 255 for a, b in zip(b"\0\0\0" + row, row)) for row in rows)
+    return zlib.compress(b"".join(b"\1" + line for line in lines), 9)
+
+
+def write(path, pictures, seconds):
+    """One picture, or several of one size that are shown in turn, for ever."""
+    width, height, n = len(pictures[0][0]) // 3, len(pictures[0]), len(pictures)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    out, number = [chunk(b"IHDR", head)], 0
+    if n > 1:
+        out.append(chunk(b"acTL", struct.pack(">II", n, 0)))
+    for k, rows in enumerate(pictures):
+        if n > 1:
+            ms = round(1000 * seconds * (3 if k == n - 1 else 1))
+            out.append(chunk(b"fcTL", struct.pack(">IIIIIHHBB", number, width, height, 0, 0, ms, 1000, 0, 0)))
+            number += 1
+        if k == 0:
+            out.append(chunk(b"IDAT", squeeze(rows)))
+        else:
+            out.append(chunk(b"fdAT", struct.pack(">I", number) + squeeze(rows)))
+            number += 1
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b""))
+        file.write(b"\x89PNG\r\n\x1a\n" + b"".join(out) + chunk(b"IEND", b""))
 
 
 def main():
-    if len(sys.argv) < 4:
+    args, seconds = sys.argv[1:], 0
+    if args and args[0] == "--play":
+        seconds, args = float(args[1]), args[2:]
+    if len(args) < 3:
         sys.exit(__doc__)
-    small = [shrink(*read(path), int(sys.argv[2])) for path in sys.argv[3:]]
-    write(sys.argv[1], [(b"\xff" * 3 * GAP).join(lines) for lines in zip(*small)])
+    small = [shrink(*read(path), int(args[1])) for path in args[2:]]
+    side_by_side = [[(b"\xff" * 3 * GAP).join(lines) for lines in zip(*small)]]
+    write(args[0], small if seconds else side_by_side, seconds)
 
 
 main()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The shell examples of README.md run as printed, in their order, beside the files of the checkout; exit code 0 each, 1
-where the comment says that nothing is exposed. A page of `omentum view` is fetched, then a signal ends the program.
+"""The shell examples of README.md and doc/examples.md run as printed, in their order, beside the files of the checkout;
+exit code 0 each, 1 where the comment says that nothing is exposed. A page of `omentum view` is fetched, then a signal ends the program.
 
     test_readme.py PROGRAM            examples that take seconds; the wrapper; the label map of the examples
     test_readme.py PROGRAM --all      all of them: minutes
@@ -22,8 +22,9 @@ QUICK = ("model", "plan", "update")  # verbs; the others simulate an operation o
 
 
 def examples():
-    """Commands of the blocks that name no language, without their comments, and their exit codes."""
-    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M)
+    """Commands of the blocks that name no language, without their comments, and their exit codes; each once."""
+    pages = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "doc/examples.md"))
+    blocks = [block for page in pages for block in re.findall(r"^```(\w*)\n(.*?)^```$", page, re.S | re.M)]
     lines = [line.partition("# ") for language, block in blocks if not language for line in block.splitlines()]
     return {line.strip(): comment.startswith("0 % exposed") for line, _, comment in lines if line.strip() and not line.startswith("make ")}
 
