@@ -3,7 +3,7 @@ import os
 from dataclasses import dataclass, field
 
 os.environ.setdefault("CYCLONEDDS_URI", "<Domain><General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false</AllowMulticast>"
-                      "</General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+                      "</General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><LeaseDuration>3s</LeaseDuration>"
                       "<Peers><Peer Address='127.0.0.1'/></Peers></Discovery></Domain>")  # this machine alone, as omentum dvrk
 
 from cyclonedds.core import Policy, Qos  # noqa: E402

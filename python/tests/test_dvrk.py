@@ -1,4 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
+# PARTS 2
 import os
 import pathlib
 import re
@@ -27,7 +28,7 @@ def robot(tmp_path):
         pytest.skip("needs the program: OMENTUM_PROGRAM")
     log = tmp_path / "robot"
     with open(log, "w", encoding="utf-8") as out:
-        process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60", "--igtl", str(IGTL)], stdout=out, stderr=out)
+        process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60", "--rate", "25", "--igtl", str(IGTL)], stdout=out, stderr=out)
     end = time.time() + 20
     while "PSM1" not in log.read_text() and time.time() < end:
         time.sleep(0.05)
