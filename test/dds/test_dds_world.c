@@ -9,6 +9,7 @@
 #include "test_common.h"
 
 #define DT 0.02
+#define BUSY 5.0  // s without a pose on a busy machine
 
 typedef struct Served {  // a field behind topics
     OmScene scene;
@@ -63,12 +64,12 @@ static void end(Served* s) {
     om_site_done(&s->site);
 }
 
-static OmWorld* connect_world(Served* s) {
+static OmWorld* connect_world(Served* s, double stale) {
     OmDdsWorldDef def = om_dds_world_default_def(&s->scene);
     OmWorld* world;
     def.dds = make_dds();
     def.site = &s->site;
-    def.stale = 0.5;  // a busy machine
+    def.stale = stale;
     assert_ok(om_world_create_dds(&def, &world));
     return world;
 }
@@ -106,7 +107,7 @@ static void as_the_field(void** unused) {
     (void)unused;
     Served served;
     begin(&served, true, INFINITY);
-    OmWorld *far = connect_world(&served), *near;
+    OmWorld *far = connect_world(&served, BUSY), *near;
     assert_ok(om_world_create_simulated(&served.scene, &served.site, 1, &near));
     assert_true(om_world_reset(near) >= 0);
     assert_ok(om_world_reset(far));
@@ -193,7 +194,7 @@ static void stops(void** unused) {
     (void)unused;
     Served s;
     begin(&s, false, INFINITY);
-    OmWorld* world = connect_world(&s);
+    OmWorld* world = connect_world(&s, BUSY);
     Link* other;
     int id;
     const OmDdsDef dds = make_dds();
@@ -232,7 +233,7 @@ static void lies(void** unused) {
     assert_ok(om__link_add(other, LINK_OUT, LINK_POSE, "PSM1/measured_cp", 5, &pose));
     assert_ok(om__link_add(other, LINK_IN, LINK_POSE, "PSM1/measured_cp", 1, &read));
     for (size_t k = 0; k < sizeof lie / sizeof *lie; ++k) {
-        OmWorld* world = connect_world(&s);
+        OmWorld* world = connect_world(&s, BUSY);
         assert_ok(om_world_reset(world));
         assert_ok(om_world_advance(world, DT));
         while (om__link_count(other, pose) < 2)
@@ -259,7 +260,7 @@ static void gone(void** unused) {
     Link* keeper;  // the domain stays when the robot goes
     const OmDdsDef dds = make_dds();
     assert_ok(om__link_create(&dds, &keeper));
-    world = connect_world(&s);
+    world = connect_world(&s, 1.0);
     assert_ok(om_world_reset(world));
     om_job_cancel(s.job);
     om_job_join(s.job);
