@@ -373,6 +373,15 @@ static OmStatus write_page(const Demo* d) {
     OM_TRY(make_path(d, "report.html", path, sizeof path));
     om_report_begin(&page, "From a CT to an exposed tumour", "omentum demo");
     om_report_verdict(&page, d->run.reason, d->run.is_exposed);
+    char asked[512];
+    snprintf(
+        asked, sizeof asked,
+        "Asked: at least %.0f %% of the tumour in view, and at most %.2f N on the fat, by a robot that "
+        "believes the fat to be held on the wrong side. Came out: %.0f %% in the endoscope's picture, %.0f "
+        "%% in truth, and at most %.2f N.",
+        100 * d->scene.task.visibility, d->scene.task.force_threshold, 100 * d->run.visibility_end,
+        100 * d->run.truth.visibility, d->run.truth.force);
+    om_report_paragraph(&page, asked);
     static const char* const name[] = {"watch the operation in three dimensions",
                                        "the operation, action by action", "the patient model"};
     static const char* const href[] = {"run/view.html", "run/report.html", "model/report.html"};

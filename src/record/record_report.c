@@ -40,6 +40,28 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
     om_report_facts(report, value, label, 13);
 }
 
+// What was asked, beside what came out.
+static void add_question(OmReport* report, const OmRecorder* rec, const OmRetractResult* r) {
+    const OmSceneTask* task = &rec->def.scene->task;
+    const bool has_truth = r->truth.nvert > 0, has_force = task->watch_force;
+    const double force = has_truth ? r->truth.force : r->twin.force;
+    char text[400];
+    int n = snprintf(text, sizeof text, "Asked: at least %.0f %% of the region of interest in view",
+                     100 * task->visibility);
+    if (has_force)
+        n += snprintf(text + n, sizeof text - (size_t)n, ", and at most %.3g N on the tissue",
+                      task->force_threshold);
+    n += snprintf(text + n, sizeof text - (size_t)n, ". Came out: %.0f %%%s",
+                  100 * r->visibility_end,
+                  r->visibility_end >= task->visibility ? "" : ", too little");
+    if (has_force)
+        n += snprintf(text + n, sizeof text - (size_t)n, ", and %.2f N%s%s", force,
+                      has_truth ? " in the simulated truth" : " by the twin",
+                      force > task->force_threshold ? ", too much" : "");
+    snprintf(text + n, sizeof text - (size_t)n, ".");
+    om_report_paragraph(report, text);
+}
+
 // A sentence on how the tissue settled before the operation, if it moved far or is not at rest.
 static void add_start(OmReport* report, const OmRetractResult* r) {
     char text[256];
@@ -260,6 +282,7 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     OmReport report;
     om_report_begin(&report, "Tissue retraction", subtitle);
     om_report_verdict(&report, r->reason, r->is_exposed);
+    add_question(&report, rec, r);
     if (rec->view) {
         const char *text = "in three dimensions, with every decision", *href = "view.html";
         om_report_links(&report, "Watch the run: ", &text, &href, 1);
