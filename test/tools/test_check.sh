@@ -21,7 +21,7 @@ add() {
 good() {
     printf 'int a(void) { return 1; }\n' > src/base/base_a.c
     rm -rf build
-    mkdir -p build/{release,dev,tsan,mpi} build/release/bin
+    mkdir -p build/{release,dev,tsan,mpi,nogpl} build/release/bin
     printf '#!/bin/bash\nmkdir -p build/demo && echo demo > build/demo/report.html\n' > build/release/bin/omentum
     chmod +x build/release/bin/omentum
     printf '# none\n' > tools/slow_quick_tests.txt
@@ -31,7 +31,7 @@ good() {
     fake mpiexec 'exit 0'
     fake mpicc 'exit 0'
     local preset
-    for preset in release dev tsan mpi; do
+    for preset in release dev tsan mpi nogpl; do
         add $preset test_base_a 'memory;room_base' 'echo cases=$OM_TEST_CASES'
         add $preset test_fem_b 'memory;room_fem' 'printf \"skip: no PyTorch\\n[  SKIPPED ] other\\n\"; test -z \"$OM_TEST_CASES\" || touch '"$PWD/build/memory"
         add $preset replay_c 'fuzz;parser' 'exit 77'
