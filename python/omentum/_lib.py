@@ -481,12 +481,12 @@ class _Bar:
         if self._tqdm is None:
             if stage != self._stage or time.monotonic() - self._last > 2:
                 self._stage, self._last = stage, time.monotonic()
-                print(f"{stage}: {100 * done / total if total else 0:.0f} %", file=sys.stderr)
+                print(f"{stage}: {int(min(100, 100 * done / total)) if total else 0} %", file=sys.stderr)  # 100 at the end alone
             return True
         if stage != self._stage or self._bar is None:
             self.done()
             self._stage, self._bar = stage, self._tqdm(desc=stage, total=total, leave=False)
-        self._bar.update(done - self._bar.n)
+        self._bar.update(min(done, total) - self._bar.n)
         return True
 
     def done(self) -> None:

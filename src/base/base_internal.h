@@ -1,4 +1,4 @@
-// base_internal.h: shared by the files of room base: temporary names and the lists of output folders.
+// base_internal.h: shared by the files of room base: progress, temporary names and the lists of output folders.
 #ifndef OMENTUM_BASE_INTERNAL_H
 #define OMENTUM_BASE_INTERNAL_H
 
@@ -7,6 +7,10 @@
 #define OM__PATH 4096        // longest path that the system resolves
 #define OM__LIST ".omentum"  // list of what omentum wrote into a folder
 #define OM__TEMP_NAME 64     // bytes of a temporary name
+
+// The text of om_progress_bar_draw, of a bar or of a plain line, `elapsed` seconds after the stage began; its length.
+int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double elapsed, double done,
+                      double total);
 
 // Join a random name to `dir` with "/". The name holds a check number, so that no user's file has such a name by
 // chance.

@@ -4,12 +4,15 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/base_internal.h"
 #include "omentum/base.h"
 
 #define PLAIN_PERIOD 5.0  // s between progress lines where the output is no terminal
 #define SAME_PERIOD 60.0  // s between two lines of a log with the same count
 #define BAR_PERIOD 0.1    // s between redraws on a terminal
 #define BAR_WIDTH 24
+#define LEAST_ELAPSED 3.0  // s, before which a time left would be a guess
+#define LEAST_STAGE 10.0   // s, a stage that takes less has no time left
 
 static OmLogSink log_sink;
 static void* log_ctx;
@@ -90,13 +93,34 @@ static void end_line(OmProgressBar* bar) {
     bar->last_width = 0;
 }
 
-static void print_time_left(char* out, size_t size, double left) {
-    if (!isfinite(left))
-        snprintf(out, size, "--:--");
-    else if (left >= 3600)
-        snprintf(out, size, "%d:%02d h", (int)(left / 3600), (int)fmod(left / 60, 60));
+// Nothing where the whole stage takes seconds, or where too little is done for an estimate; rounded up.
+static void print_time_left(char* out, size_t size, double elapsed, double left) {
+    out[0] = 0;
+    if (elapsed < LEAST_ELAPSED || !isfinite(left) || elapsed + left < LEAST_STAGE) return;
+    left = ceil(left);
+    if (left >= 3600)
+        snprintf(out, size, ", %d:%02d h left", (int)(left / 3600), (int)fmod(left / 60, 60));
     else
-        snprintf(out, size, "%02d:%02d", (int)(left / 60), (int)fmod(left, 60));
+        snprintf(out, size, ", %02d:%02d left", (int)(left / 60), (int)fmod(left, 60));
+}
+
+int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double elapsed,
+                      double done, double total) {
+    const double share = total > 0 ? fmax(0, fmin(1, done / total)) : 0;
+    const double rate = elapsed > 0 ? done / elapsed : 0;
+    // 100 at the end alone; 29 of 100 are 29 in spite of rounding
+    const int percent = (int)floor(100 * share + 1e-9);
+    char left[40];
+    print_time_left(left, sizeof left, elapsed, share > 0 ? elapsed * (1 / share - 1) : HUGE_VAL);
+    if (share >= 1) left[0] = 0;
+    if (!bar->is_terminal)
+        return snprintf(line, size, "%s: %.0f of %.0f (%d %%), %.3g/s%s", bar->stage, done, total,
+                        percent, rate, left);
+    char cells[BAR_WIDTH + 1];
+    for (int i = 0; i < BAR_WIDTH; ++i) cells[i] = i < (int)(share * BAR_WIDTH) ? '#' : '.';
+    cells[BAR_WIDTH] = 0;
+    return snprintf(line, size, "%-24s [%s] %3d %%  %.3g/s%s", bar->stage, cells, percent, rate,
+                    left);
 }
 
 void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, double total) {
@@ -116,24 +140,14 @@ void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, do
     if (!bar->is_terminal && done == bar->last_done && now - bar->last_time < SAME_PERIOD) return;
     bar->last_time = now;
     bar->last_done = done;
-    double elapsed = now - bar->start_time;
-    double rate = elapsed > 0 ? done / elapsed : 0;
-    double share = total > 0 ? done / total : 0;
-    char left[32];
-    print_time_left(left, sizeof left, rate > 0 ? (total - done) / rate : HUGE_VAL);
-    char line[160];
+    char line[200];
+    int n = om__progress_line(line, sizeof line, bar, now - bar->start_time, done, total);
     if (bar->is_terminal) {
-        char cells[BAR_WIDTH + 1];
-        for (int i = 0; i < BAR_WIDTH; ++i) cells[i] = i < (int)(share * BAR_WIDTH) ? '#' : '.';
-        cells[BAR_WIDTH] = 0;
-        int n = snprintf(line, sizeof line, "%-24s [%s] %3.0f %%  %.3g/s  %s", stage, cells,
-                         100 * share, rate, is_last ? "" : left);
         fprintf(bar->out, "\r%-*s", bar->last_width > n ? bar->last_width : n, line);
         bar->last_width = n;
         if (is_last) end_line(bar);
     } else {
-        fprintf(bar->out, "%s: %.0f of %.0f (%.0f %%), %.3g/s, %s left\n", stage, done, total,
-                100 * share, rate, left);
+        fprintf(bar->out, "%s\n", line);
     }
     fflush(bar->out);
 }

@@ -1,4 +1,5 @@
 // The version, text, JSON, HTML and base64, the nearest word, progress lines.
+#include "base/base_internal.h"
 #include "test_common.h"
 
 static void json_is_well_formed(void** state) {
@@ -141,8 +142,32 @@ static void library_has_the_version_of_the_header(void** state) {
     assert_int_equal(end, strlen(om_version()));
 }
 
+// 999 of 1000 are not yet all; more than all is all; a time left is that of the rate, rounded up, and only of long stages.
+static void test_progress_never_says_more_than_is_done(void** state) {
+    (void)state;
+    OmProgressBar bar = {.is_terminal = false, .stage = "steps"};
+    char line[200];
+    om__progress_line(line, sizeof line, &bar, 20, 999, 1000);
+    assert_string_equal(line, "steps: 999 of 1000 (99 %), 50/s, 00:01 left");
+    om__progress_line(line, sizeof line, &bar, 20, 1000, 1000);
+    assert_string_equal(line, "steps: 1000 of 1000 (100 %), 50/s");
+    om__progress_line(line, sizeof line, &bar, 4, 800, 1000);  // 5 s in all
+    assert_string_equal(line, "steps: 800 of 1000 (80 %), 200/s");
+    om__progress_line(line, sizeof line, &bar, 2, 1, 1000);  // too early
+    assert_string_equal(line, "steps: 1 of 1000 (0 %), 0.5/s");
+    om__progress_line(line, sizeof line, &bar, 100, 10, 1000);
+    assert_string_equal(line, "steps: 10 of 1000 (1 %), 0.1/s, 2:45 h left");
+    bar.is_terminal = true;
+    om__progress_line(line, sizeof line, &bar, 20, 1500, 1000);
+    assert_non_null(strstr(line, "[########################] 100 %"));
+    assert_null(strstr(line, "left"));
+    om__progress_line(line, sizeof line, &bar, 20, 999, 1000);
+    assert_non_null(strstr(line, "[#######################.]  99 %"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_progress_never_says_more_than_is_done),
         cmocka_unit_test(json_is_well_formed),
         cmocka_unit_test(hostile_names_are_escaped),
         cmocka_unit_test(base64_pads),
