@@ -9,8 +9,8 @@
 #define OM__TEMP_NAME 64     // bytes of a temporary name
 
 // The text of om_progress_bar_draw, of a bar or of a plain line, `elapsed` seconds after the stage began; its length.
-int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double elapsed, double done,
-                      double total);
+int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double elapsed,
+                      double done, double total);
 
 // Join a random name to `dir` with "/". The name holds a check number, so that no user's file has such a name by
 // chance.

@@ -142,7 +142,7 @@ static void library_has_the_version_of_the_header(void** state) {
     assert_int_equal(end, strlen(om_version()));
 }
 
-// 999 of 1000 are not yet all; more than all is all; a time left is that of the rate, rounded up, and only of long stages.
+// 999 of 1000 are not yet all; more than all is all. A time left is that of the rate, rounded up, of long stages alone.
 static void test_progress_never_says_more_than_is_done(void** state) {
     (void)state;
     OmProgressBar bar = {.is_terminal = false, .stage = "steps"};
