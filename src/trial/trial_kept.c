@@ -1,7 +1,7 @@
 // trial_kept.c: the finished trials of a plan before an operation, kept in a file.
 //
 //     head    16 bytes of magic, the key
-//     record  stage, index, number of bytes, hash of all of these and of the bytes; the bytes
+//     record  index, number of bytes, hash of all of these and of the bytes; the bytes
 //
 // Each record is appended with one write, so threads need no lock, and a killed process loses at most the record that
 // it was writing. A record with a wrong hash ends the file. The key is a hash of all that a trial depends on.
@@ -24,12 +24,12 @@ typedef struct Head {
 } Head;
 
 typedef struct Record {
-    int32_t stage, index;
+    int64_t index;
     uint64_t size, hash;
 } Record;
 
 static uint64_t hash_of(const Record* r, const void* data) {
-    const uint64_t number[] = {(uint64_t)r->stage, (uint64_t)r->index, r->size};
+    const uint64_t number[] = {(uint64_t)r->index, r->size};
     return om_hash(data, r->size, om_hash(number, sizeof number, OM_HASH_SEED));
 }
 
@@ -113,19 +113,19 @@ void om__kept_done(Kept* k) {
     *k = (Kept){.fd = -1};
 }
 
-const void* om__kept_find(const Kept* k, int stage, int index, size_t* size) {
+const void* om__kept_find(const Kept* k, int index, size_t* size) {
     size_t at = sizeof(Head);
     for (Record r; k->fd >= 0 && at < k->size && read_record(k, at, &r); at += sizeof r + r.size) {
-        if (r.stage != stage || r.index != index) continue;
+        if (r.index != index) continue;
         *size = r.size;
         return k->data + at + sizeof r;
     }
     return NULL;
 }
 
-OmStatus om__kept_add(const Kept* k, int stage, int index, const void* data, size_t size) {
+OmStatus om__kept_add(const Kept* k, int index, const void* data, size_t size) {
     if (k->fd < 0) return OM_OK;
-    Record r = {.stage = stage, .index = index, .size = size};
+    Record r = {.index = index, .size = size};
     r.hash = hash_of(&r, data);
     char* whole = om_alloc(sizeof r + size, 1);
     if (!whole) return OM_NO_MEMORY;

@@ -16,9 +16,9 @@ typedef struct Kept {
 OmStatus om__kept_open(const char* path, uint64_t key, Kept* kept);
 void om__kept_done(Kept* kept);
 // The record of a trial in the file that was opened, null: none. Any thread may call it.
-const void* om__kept_find(const Kept* kept, int stage, int index, size_t* size);
+const void* om__kept_find(const Kept* kept, int index, size_t* size);
 // Append the record of a finished trial. Any thread may call it.
 // @return OM_OK; OM_IO; OM_NO_MEMORY
-OmStatus om__kept_add(const Kept* kept, int stage, int index, const void* data, size_t size);
+OmStatus om__kept_add(const Kept* kept, int index, const void* data, size_t size);
 
 #endif

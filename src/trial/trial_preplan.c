@@ -81,7 +81,7 @@ static bool is_sane(const OmPreplanPoint* p, const OmPreplanPoint* now) {
 static bool find_point(Trying* t, int b) {
     size_t size;
     OmPreplanPoint kept;
-    const void* data = om__kept_find(&t->kept, 0, b, &size);
+    const void* data = om__kept_find(&t->kept, b, &size);
     if (!data || size != sizeof kept) return false;
     memcpy(&kept, data, sizeof kept);
     if (!is_sane(&kept, &t->plan->point[b])) return false;
@@ -114,7 +114,7 @@ static OmStatus try_point(void* ctx, Worker* w, int i) {
     OmPreplanPoint* p = &t->plan->point[b];
     if (find_point(t, b)) return OM_OK;
     OM_TRY(try_block(w, p));
-    return t->kept.fd < 0 ? OM_OK : om__kept_add(&t->kept, 0, b, p, sizeof *p);
+    return t->kept.fd < 0 ? OM_OK : om__kept_add(&t->kept, b, p, sizeof *p);
 }
 
 // ---- choosing -----------------------------------------------------------------------------------------------

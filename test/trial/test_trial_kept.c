@@ -9,13 +9,13 @@
 
 // ---- the file -----------------------------------------------------------------------------------------------
 
-static void add(const Kept* k, int stage, int index, const char* text) {
-    assert_ok(om__kept_add(k, stage, index, text, strlen(text)));
+static void add(const Kept* k, int index, const char* text) {
+    assert_ok(om__kept_add(k, index, text, strlen(text)));
 }
 
-static void expect(const Kept* k, int stage, int index, const char* text) {
+static void expect(const Kept* k, int index, const char* text) {
     size_t size = 0;
-    const char* found = om__kept_find(k, stage, index, &size);
+    const char* found = om__kept_find(k, index, &size);
     if (!text) {
         assert_null(found);
         return;
@@ -30,25 +30,25 @@ static void records_are_found_again(void** state) {
     const char* path = in_dir("trials");
     Kept k;
     assert_ok(om__kept_open(path, KEY, &k));
-    add(&k, 0, 3, "first");
-    add(&k, 1, 3, "");
-    expect(&k, 0, 3, NULL);  // it was not in the file at opening
+    add(&k, 3, "first");
+    add(&k, 13, "");
+    expect(&k, 3, NULL);  // it was not in the file at opening
     Kept second;
     assert_status(om__kept_open(path, KEY, &second), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "another run"));
     om__kept_done(&k);
     for (int round = 0; round < 2; ++round) {
         assert_ok(om__kept_open(path, KEY, &k));
-        expect(&k, 0, 3, "first");
-        expect(&k, 1, 3, "");
-        expect(&k, 3, 0, NULL);
-        expect(&k, 2, 5, round ? "later" : NULL);
-        if (!round) add(&k, 2, 5, "later");
+        expect(&k, 3, "first");
+        expect(&k, 13, "");
+        expect(&k, 30, NULL);
+        expect(&k, 25, round ? "later" : NULL);
+        if (!round) add(&k, 25, "later");
         om__kept_done(&k);
     }
     assert_ok(om__kept_open(NULL, KEY, &k));
-    add(&k, 0, 0, "nowhere");
-    expect(&k, 0, 0, NULL);
+    add(&k, 0, "nowhere");
+    expect(&k, 0, NULL);
     om__kept_done(&k);
 }
 
@@ -68,19 +68,19 @@ static void a_torn_record_is_cut_off(void** state) {
         const char* path = in_dir(k == 0 ? "torn" : k == 1 ? "flipped" : "size");
         Kept kept;
         assert_ok(om__kept_open(path, KEY, &kept));
-        add(&kept, 0, 0, "whole");
-        add(&kept, 0, 1, "torn");
+        add(&kept, 0, "whole");
+        add(&kept, 1, "torn");
         om__kept_done(&kept);
         if (k == 0) change(path, 0, 0, 2);
         if (k == 1) change(path, 24 + 29 + 25, 1, 0);  // of the bytes
         if (k == 2) change(path, 24 + 29 + 15, 1, 0);  // the number of bytes becomes 2^56
         assert_ok(om__kept_open(path, KEY, &kept));
-        expect(&kept, 0, 0, "whole");
-        expect(&kept, 0, 1, NULL);
-        add(&kept, 0, 1, "again");
+        expect(&kept, 0, "whole");
+        expect(&kept, 1, NULL);
+        add(&kept, 1, "again");
         om__kept_done(&kept);
         assert_ok(om__kept_open(path, KEY, &kept));
-        expect(&kept, 0, 1, "again");
+        expect(&kept, 1, "again");
         om__kept_done(&kept);
     }
 }
@@ -90,13 +90,13 @@ static void another_key_begins_anew(void** state) {
     const char* path = in_dir("keys");
     Kept k;
     assert_ok(om__kept_open(path, KEY, &k));
-    add(&k, 0, 0, "old");
+    add(&k, 0, "old");
     om__kept_done(&k);
     assert_ok(om__kept_open(path, KEY + 1, &k));
-    expect(&k, 0, 0, NULL);
+    expect(&k, 0, NULL);
     om__kept_done(&k);
     assert_ok(om__kept_open(path, KEY, &k));
-    expect(&k, 0, 0, NULL);
+    expect(&k, 0, NULL);
     om__kept_done(&k);
 }
 
@@ -120,7 +120,7 @@ static OmStatus read_one(void* ctx) {
     Kept k;
     size_t size;
     OM_TRY(om__kept_open(ctx, KEY, &k));
-    OmStatus status = om__kept_find(&k, 0, 0, &size) ? OM_OK : om__kept_add(&k, 0, 0, "x", 1);
+    OmStatus status = om__kept_find(&k, 0, &size) ? OM_OK : om__kept_add(&k, 0, "x", 1);
     om__kept_done(&k);
     return status;
 }
