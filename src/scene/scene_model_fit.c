@@ -14,6 +14,7 @@
 #include "omentum/shape_closest.h"
 #include "scene/scene_model_internal.h"
 
+#define POLL 256  // points between two polls for a request to stop
 #define MAX_TRIAL 12
 #define LEAST 8            // nodes: a cube of one edge
 #define MAX_HALVING 2      // of the step of a surface's field
@@ -295,6 +296,7 @@ static OmStatus find_gaps(const OmSurface* solid, double far, OmPatient* patient
     OM_CALLOC_DONE(patient->gap, (size_t)patient->mesh.nvert);
     OmSurfacePoint q;
     for (int i = 0; i < boundary.nvert; i++) {
+        if (i % POLL == 0) OM_TRY_DONE(om_stop_poll());
         om_surface_tree_find(of_solid, om_load3(boundary.x, i), NULL, INFINITY, &q);
         patient->gap[vert[i]] = q.distance;
     }
@@ -303,6 +305,7 @@ static OmStatus find_gaps(const OmSurface* solid, double far, OmPatient* patient
     for (int t = 0; t < solid->ntri; t++) {
         const int* v = solid->tri_vert + 3 * (size_t)t;
         bool is_far = false;
+        if (t % POLL == 0) OM_TRY_DONE(om_stop_poll());
         for (int c = 0; c < 3 && !is_far; c++)
             is_far = !om_surface_tree_find(of_mesh, om_load3(solid->x, v[c]), NULL, far, NULL);
         if (is_far) memcpy(patient->missed.tri_vert + 3 * (size_t)nmissed++, v, 3 * sizeof *v);
@@ -379,6 +382,7 @@ static OmStatus find_missed(const OmBody* body, const OmTetMesh* mesh, double to
     OM_TRY_DONE(om_surface_tree_create(&boundary, &tree));
     for (int v = 0; v < body->surface.nvert; v++) {
         const OmVec3 x = om_load3(body->surface.x, v);
+        if (v % POLL == 0) OM_TRY_DONE(om_stop_poll());
         if (om_sdf_eval(&body->sdf, x, NULL) < -0.5 * tolerance) continue;
         om_surface_tree_find(tree, x, NULL, INFINITY, &q);
         if (q.distance > *depth) *depth = q.distance, *where = x;

@@ -79,9 +79,10 @@ static OmStatus measure_gap(const OmSurface* from, const OmSurfaceTree* to, int 
     const int nall = from->nvert + from->ntri;
     GapTask task = {from, to, (nall + MAX_SAMPLE - 1) / MAX_SAMPLE, NULL};
     const int n = (nall - 1) / task.stride + 1;
+    OmStatus status = OM_OK;
     memset(gap, 0, sizeof *gap);
     OM_ALLOC(task.distance, n);
-    om_parallel_for(nworker, n, 256, find_distances, &task);
+    OM_TRY_DONE(om_parallel_for_stop(nworker, n, 256, find_distances, &task));
     double sum = 0;
     gap->max = -1;
     for (int i = 0; i < n; i++) {
@@ -93,8 +94,9 @@ static OmStatus measure_gap(const OmSurface* from, const OmSurfaceTree* to, int 
     gap->mean = sum / n;
     qsort(task.distance, (size_t)n, sizeof(double), compare_double);
     gap->p95 = task.distance[(int)ceil(0.95 * n) - 1];
+done:
     om_free(task.distance);
-    return OM_OK;
+    return status;
 }
 
 OmStatus om_surface_gap(const OmSurface* from, const OmSurface* to, int nworker,
