@@ -12,6 +12,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "dds/dds_arm.h"
@@ -20,6 +21,7 @@
 #include "omentum/base_job.h"
 
 #define COOKIE 0xdd5002u
+#define LOOK_NICE 10   // of the thread that renders
 #define SILENCE 5.0    // s without a reader after which the robot says so
 #define BEAT 0.1       // s between two messages while a lock-step stands still
 #define NBIN 2000      // of the histogram of periods
@@ -465,6 +467,8 @@ static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
 static OmStatus look(void* ctx, const OmProgress* progress) {
     OmDdsRobot* r = ctx;
     (void)progress;
+    // the arms come first; on Linux this is of the calling thread and those that it makes
+    (void)setpriority(PRIO_PROCESS, 0, LOOK_NICE);
     OM_TRY(om_world_restore(r->def.eyes, r->snapshot));
     return take_pictures(r, r->def.eyes, r->wanted);
 }
