@@ -467,7 +467,7 @@ static OmStatus publish_pictures(OmDdsRobot* r, unsigned what) {
 static OmStatus look(void* ctx, const OmProgress* progress) {
     OmDdsRobot* r = ctx;
     (void)progress;
-    // the arms come first; on Linux this is of the calling thread and those that it makes
+    // the arms come first; on Linux: of this thread and its children
     (void)setpriority(PRIO_PROCESS, 0, LOOK_NICE);
     OM_TRY(om_world_restore(r->def.eyes, r->snapshot));
     return take_pictures(r, r->def.eyes, r->wanted);

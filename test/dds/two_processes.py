@@ -86,20 +86,23 @@ def both(seconds="60"):
     wait_for("robot", "PSM1 and PSM2")
     run = begin("run", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
     wait_for("robot", "PSM2: home: ENABLED, homed")
-    time.sleep(0.5)
+    time.sleep(0.3)
     return robot, run
 
 
 def kill_robot():
-    robot, run = both()
-    robot.kill()
-    start = time.time()
-    code = run.wait(20)
+    for _ in range(4):
+        robot, run = both()
+        robot.kill()
+        start = time.time()
+        code = run.wait(20)
+        robot.wait()
+        if code not in (0, 1):  # on a busy machine the run may end for another reason, at the same moment
+            break
     if code != 3 or "motion has stopped" not in text("run"):
         fail(f"exit code {code}:\n{text('run')}")
     if time.time() - start > 5:
         fail(f"the run needs {time.time() - start:.1f} s to end")
-    robot.wait()
 
 
 def kill_client():
