@@ -670,10 +670,28 @@ static OmStatus take_commands(OmDdsRobot* r) {
 
 // ---- ticks --------------------------------------------------------------------------------------------------------
 
+static OmStatus stop_hand(OmDdsRobot* r, Hand* hand, const char* why) {
+    char words[256];
+    om__arm_hold(&hand->core);
+    snprintf(words, sizeof words, "the arm stops before its goal: %s", why);
+    say(r, "%s: %s", hand->name, words);
+    return send_words(r, hand->warning, words);
+}
+
+// Of joints within their limits the world sees the pose alone, and may find other joints that are not: the arm then
+// stays where it was.
 static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
     Hand* hand = &r->hand[a];
-    if (om__arm_step(&hand->core, r->obs.time, dt))
-        OM_TRY(om_world_move(r->def.world, a, hand->core.setpoint, FAST));
+    const Arm before = hand->core;
+    if (om__arm_step(&hand->core, r->obs.time, dt)) {
+        const OmStatus moved = om_world_move(r->def.world, a, hand->core.setpoint, FAST);
+        if (moved < 0 && moved != OM_INVALID) return moved;
+        if (moved < 0) {
+            hand->core.setpoint = before.setpoint;
+            memcpy(hand->core.q, before.q, sizeof before.q);
+            OM_TRY(stop_hand(r, hand, om_error_message()));
+        }
+    }
     if (hand->core.has_timed_out) {
         say(r, "%s: no command for %.2f s: it stops before its goal", hand->name, ARM_TIMEOUT);
         OM_TRY(send_words(r, hand->warning, "no command in time: the arm stops before its goal"));

@@ -1,0 +1,167 @@
+// test_dds_robot.c: what clients may do to the simulated robot. Robot and client share this thread: a tick is a call.
+#include <string.h>
+#include <unistd.h>
+
+#include "dds/dds_link.h"
+#include "easy_scene.h"
+#include "test_common.h"
+
+#define DT 0.05
+
+typedef struct Served {  // a robot in lock-step, with a client of PSM1
+    OmScene scene;
+    OmSite site;
+    OmWorld* field;
+    OmDdsRobot* robot;
+    Link* link;
+    int tick, state_command, servo_jp, move_jp, warning, measured_js, setpoint_js, setpoint_cp;
+    char said[400];  // the last sentence of the robot
+} Served;
+
+static void hear(void* ctx, const char* sentence) {
+    Served* s = ctx;
+    snprintf(s->said, sizeof s->said, "%s", sentence);
+}
+
+static OmDdsDef make_dds(void) {
+    OmDdsDef def = om_dds_default_def();
+    def.domain = 100 + (int)((getpid() + 20) % 100);
+    return def;
+}
+
+static void make_robot(Served* s, OmDdsRobotDef* def) {
+    unsetenv("CYCLONEDDS_URI");
+    *s = (Served){.scene = easy_scene()};
+    s->scene.tissue.cells = om_vec3(4, 4, 1);
+    s->scene.tissue.world_cells = om_vec3(8, 8, 1);
+    s->scene.task.grasp_radius = 0.025;
+    assert_ok(om_site_build(&s->scene, OM_SITE_WORLD, NULL, &s->site));
+    assert_ok(om_world_create_simulated(&s->scene, &s->site, 1, &s->field));
+    assert_true(om_world_reset(s->field) >= 0);
+    *def = om_dds_robot_default_def(s->field, &s->scene, &s->site);
+    def->dds = make_dds();
+    def->say = hear;
+    def->say_ctx = s;
+}
+
+static void begin(Served* s) {
+    OmDdsRobotDef def;
+    make_robot(s, &def);
+    def.is_lock_step = true;
+    assert_ok(om_dds_robot_create(&def, &s->robot));
+    assert_ok(om__link_create(&def.dds, &s->link));
+    const struct {
+        int* id;
+        unsigned flags;
+        LinkType type;
+        const char* name;
+    } topic[] = {{&s->tick, LINK_OUT, LINK_TICK, "omentum/tick"},
+                 {&s->state_command, LINK_OUT, LINK_STAMPED, "PSM1/state_command"},
+                 {&s->servo_jp, LINK_OUT, LINK_JOINTS, "PSM1/servo_jp"},
+                 {&s->move_jp, LINK_OUT, LINK_JOINTS, "PSM1/move_jp"},
+                 {&s->warning, LINK_IN, LINK_STRING, "PSM1/warning"},
+                 {&s->measured_js, LINK_IN, LINK_JOINTS, "PSM1/measured_js"},
+                 {&s->setpoint_js, LINK_IN, LINK_JOINTS, "PSM1/setpoint_js"},
+                 {&s->setpoint_cp, LINK_IN, LINK_POSE, "PSM1/setpoint_cp"}};
+    for (size_t k = 0; k < sizeof topic / sizeof *topic; ++k)
+        assert_ok(
+            om__link_add(s->link, topic[k].flags, topic[k].type, topic[k].name, 1, topic[k].id));
+    const double end = om_clock_now() + 20;
+    for (size_t k = 0; k < sizeof topic / sizeof *topic; ++k)
+        while (om__link_count(s->link, *topic[k].id) == 0 && om_clock_now() < end)
+            om__link_wait(s->link, 0.01);
+}
+
+static void end(Served* s) {
+    om__link_destroy(s->link);
+    om_dds_robot_destroy(s->robot);
+    om_world_destroy(s->field);
+    om_site_done(&s->site);
+}
+
+// One step of the world, after the commands that were written.
+static void step(Served* s, double dt) {
+    assert_ok(om__link_write(s->link, s->tick, &(LinkMessage){.tick = {.client = 7, .dt = dt}}));
+    assert_ok(om_dds_robot_run(s->robot, 0.5 * dt, NULL));
+}
+
+static void order(Served* s, const char* command) {
+    LinkMessage m = {0};
+    snprintf(m.text, sizeof m.text, "%s", command);
+    assert_ok(om__link_write(s->link, s->state_command, &m));
+}
+
+// The last message of a topic.
+static LinkMessage last(Served* s, int id) {
+    LinkMessage m = {0};
+    const double end = om_clock_now() + 5;
+    while (!om__link_take(s->link, id, &m) && om_clock_now() < end) om__link_wait(s->link, 0.01);
+    return m;
+}
+
+static void drive(Served* s, int id, const double q[OM_PSM_NJOINT]) {
+    LinkMessage m = {.joints = {.nposition = OM_PSM_NJOINT}};
+    memcpy(m.joints.position, q, OM_PSM_NJOINT * sizeof *q);
+    assert_ok(om__link_write(s->link, id, &m));
+}
+
+// To a goal of one joint, by move_jp, or by goals of servo_jp on the way to it.
+static void drive_to(Served* s, int joint, double goal, bool is_servo) {
+    const double most = joint == 2 ? 0.02 : 0.15;
+    double q[OM_PSM_NJOINT];
+    memcpy(q, last(s, s->setpoint_js).joints.position, sizeof q);
+    if (!is_servo) {
+        q[joint] = goal;
+        drive(s, s->move_jp, q);
+        for (int i = 0; i < 16; ++i) step(s, 0.9);
+    }
+    for (int i = 0; is_servo && i < 40; ++i) {
+        q[joint] += fmax(-most, fmin(most, goal - q[joint]));
+        drive(s, s->servo_jp, q);
+        step(s, 0.2);
+    }
+}
+
+// Each joint to both of its limits and back: it is there, or the arm says why not, and stands where its joints are.
+// At small insertion the world finds other joints for the pose and refuses: this ended the robot.
+static void joint_limits(void** unused) {
+    (void)unused;
+    Served s;
+    begin(&s);
+    const OmPsm psm = om_world_place_psm(&s.site, 0);
+    LinkMessage m;
+    int nstopped = 0;
+    order(&s, "home");
+    step(&s, DT);
+    const LinkJoints start = last(&s, s.setpoint_js).joints;
+    const OmVec3 off =
+        om_sub(last(&s, s.setpoint_cp).pose.p, om_psm_forward(&psm, start.position).p);
+    for (int k = 0; k < 4 * OM_PSM_NJOINT; ++k) {
+        const int joint = k / 4;
+        const double goal = k % 2 ? psm.q_max[joint] : psm.q_min[joint];
+        step(&s, DT);
+        drive_to(&s, joint, goal, k % 4 >= 2);
+        const double* q = (m = last(&s, s.setpoint_js)).joints.position;
+        const OmVec3 tip = om_sub(om_psm_forward(&psm, q).p, om_scale(-1, off));
+        assert_near(om_distance(last(&s, s.setpoint_cp).pose.p, tip), 0, 1e-9);
+        const double left = fabs(q[joint] - goal);
+        if (om__link_take(s.link, s.warning, &m)) {
+            assert_non_null(strstr(m.text, "the arm stops before its goal: PSM1: point"));
+            assert_below(0.001, left);
+            ++nstopped;
+        } else {
+            assert_near(left, 0, 1e-9);
+        }
+        step(&s, DT);
+        drive_to(&s, joint, start.position[joint], false);
+        assert_near(last(&s, s.setpoint_js).joints.position[joint], start.position[joint], 1e-9);
+        while (om__link_take(s.link, s.warning, &m)) continue;
+    }
+    assert_int_equal(nstopped, 2);  // the insertion, both ways
+    end(&s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(joint_limits)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
