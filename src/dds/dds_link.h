@@ -31,7 +31,7 @@ typedef enum LinkType {
 enum {
     // joints of a message; of a longer one the first are kept, and the counts are true
     LINK_MAX_JOINT = 8,
-    LINK_MAX_FRAME = 8,
+    LINK_MAX_FRAME = 64,
     LINK_MAX_FIELD = 8
 };
 

@@ -14,7 +14,7 @@
 #include "dds/dds_link.h"
 
 #define COOKIE 0xdd5003u
-#define MAX_FRAMES 32
+#define MAX_FRAMES 128
 #define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
 #define SLACK (1 + 1e-9)  // as in a simulated world
 #define SAME_TIME 1e-6    // s: stamps count nanoseconds
@@ -22,6 +22,8 @@
 #define TICK_TIME 10.0    // s that a simulated robot may take for a tick
 #define NEW_PICTURE 0.15  // s, age of a picture that is one of now
 #define PICTURE_TIME 1.0  // s that are waited for one
+#define MAX_TURN 0.5      // rad between two measured poses of an arm
+#define UNIT 1e-3         // by which the length of a quaternion may differ from 1
 #define GRACE 0.5         // s to find out whether the robot is in lock-step
 #define HINT "start omentum dvrk in another terminal, or the robot, with the same domain"
 
@@ -29,7 +31,7 @@ typedef struct Limb {  // an arm as its topics show it
     const char* name;
     OmPsm psm;
     int measured_js, measured_cp, setpoint_cp, jaw_measured, jaw_setpoint, wrench;
-    int state, error, tool_type;
+    int state, error, error_stamped, tool_type;
     int state_command, servo_cp, jaw_move, hold;
     OmArmObservation now;
     // s, of the last messages
@@ -71,6 +73,7 @@ typedef struct DdsWorld {
     uint32_t client, number, ncommand;
     double time;       // s, of the robot's clock
     double next;       // s of the wall clock, of the next advance
+    double taken;      // s of the wall clock, when messages were taken last
     char failed[400];  // "": not; every later call repeats it
 } DdsWorld;
 
@@ -87,6 +90,18 @@ OmDdsWorldDef om_dds_world_default_def(const OmScene* scene) {
 }
 
 // ---- frames -------------------------------------------------------------------------------------------------------
+
+// Whether the network sent a pose: finite, with a quaternion of length 1.
+static bool is_pose(OmPose p) {
+    const double n = sqrt(p.q.x * p.q.x + p.q.y * p.q.y + p.q.z * p.q.z + p.q.w * p.q.w);
+    return om_is_finite3(p.p) && fabs(n - 1) < UNIT;
+}
+
+// Angle of the rotation between two orientations, 0 to pi.
+static double angle_between(OmQuat a, OmQuat b) {
+    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
+    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
+}
 
 static bool find_frame(const DdsWorld* w, const char* name, OmPose* pose) {
     *pose = om_pose_identity();
@@ -107,6 +122,7 @@ static void take_frames(DdsWorld* w) {
             LinkFrame* f = &m.tf.frame[i];
             OmPose parent, old;
             if (!find_frame(w, f->parent, &parent) || w->nframe == MAX_FRAMES) continue;
+            if (!is_pose(f->pose)) continue;
             if (strcmp(f->parent, "world") != 0) f->pose = om_pose_mul(parent, f->pose);
             if (!find_frame(w, f->child, &old)) w->frame[w->nframe++] = *f;
         }
@@ -134,7 +150,8 @@ static OmStatus fail(DdsWorld* w, const char* format, ...) {
     return om_error(OM_IO, "%s", w->failed);
 }
 
-static OmStatus take_pose(DdsWorld* w, Limb* l) {
+// `is_late`: the messages waited while this program was busy, so they do not show that the robot lives.
+static OmStatus take_pose(DdsWorld* w, Limb* l, bool is_late) {
     LinkMessage m;
     while (om__link_take(w->link, l->measured_cp, &m)) {
         const OmPose before = l->now.tip;
@@ -143,35 +160,47 @@ static OmStatus take_pose(DdsWorld* w, Limb* l) {
             if (!find_frame(w, m.frame, &l->pose_world_frame)) continue;  // tf_static is on its way
             snprintf(l->frame, sizeof l->frame, "%s", m.frame);
         }
-        if (!om_is_finite3(m.pose.p)) return fail(w, "%s: a measured pose is not finite", l->name);
+        if (!is_pose(m.pose))
+            return fail(w, "%s: a measured pose is not finite, or its quaternion has not length 1",
+                        l->name);
         const bool is_world = strcmp(l->frame, "world") == 0;
         l->now.tip = is_world ? m.pose : om_pose_mul(l->pose_world_frame, m.pose);
-        l->heard = om_clock_now();
+        // a message with the stamp of the last one may be an old one sent again
+        if (!is_late && m.time > l->stamp_cp) l->heard = om_clock_now();
         const double jump = om_distance(before.p, l->now.tip.p);
-        if (l->has_cp && l->is_ours && jump > w->def.max_jump)
-            return fail(w, "%s: the measured pose jumped by %.0f mm; motion has stopped", l->name,
-                        1e3 * jump);
+        const double turn = angle_between(before.q, l->now.tip.q);
+        if (l->has_cp && l->is_ours && (jump > w->def.max_jump || turn > MAX_TURN))
+            return fail(
+                w, "%s: the measured pose jumped by %.0f mm and %.0f degrees; motion has stopped",
+                l->name, 1e3 * jump, turn * 180 / OM_PI);
         l->has_cp = true;
         l->stamp_cp = m.time;
     }
     return OM_OK;
 }
 
+static bool is_finite_all(int n, const double* x) {
+    for (int i = 0; i < n; ++i)
+        if (!isfinite(x[i])) return false;
+    return true;
+}
+
 static void take_joints(DdsWorld* w, Limb* l) {
     LinkMessage m;
     while (om__link_take(w->link, l->measured_js, &m)) {
         if (m.joints.nposition != OM_PSM_NJOINT || m.time < l->stamp_js) continue;
+        if (!is_finite_all(OM_PSM_NJOINT, m.joints.position)) continue;
         memcpy(l->now.q, m.joints.position, sizeof l->now.q);
         l->stamp_js = m.time;
         l->has_js = true;
     }
     while (om__link_take(w->link, l->jaw_setpoint, &m))
-        if (m.joints.nposition == 1) {
+        if (m.joints.nposition == 1 && isfinite(m.joints.position[0])) {
             l->now.jaw_goal = m.joints.position[0];
             l->stamp_jaw_goal = m.time;
         }
     while (om__link_take(w->link, l->jaw_measured, &m)) {
-        if (m.joints.nposition != 1) continue;
+        if (m.joints.nposition != 1 || !isfinite(m.joints.position[0])) continue;
         l->now.jaw = m.joints.position[0];
         l->now.jaw_speed = m.joints.nvelocity == 1 ? m.joints.velocity[0] : 0;
         l->stamp_jaw = m.time;
@@ -183,8 +212,8 @@ static void take_setpoint(DdsWorld* w, Limb* l) {
     LinkMessage m;
     while (om__link_take(w->link, l->setpoint_cp, &m)) {
         OmPose frame;
-        if (l->is_ours || !find_frame(w, m.frame, &frame))
-            continue;  // afterwards it is what we sent
+        // afterwards it is what we sent
+        if (l->is_ours || !find_frame(w, m.frame, &frame) || !is_pose(m.pose)) continue;
         l->setpoint = strcmp(m.frame, "world") == 0 ? m.pose : om_pose_mul(frame, m.pose);
         l->has_setpoint = true;
     }
@@ -200,8 +229,9 @@ static OmStatus take_state(DdsWorld* w, Limb* l) {
     if (l->is_ours && (strcmp(l->mode, "ENABLED") != 0 || !l->is_homed))
         return fail(w, "%s is %s%s; motion has stopped", l->name, l->mode,
                     l->is_homed ? "" : ", not homed");
-    if (om__link_take(w->link, l->error, &m) && l->is_ours)
-        return fail(w, "%s reports an error: %s", l->name, m.text);
+    // std_msgs/String of a robot, crtk_msgs/StringStamped of a simulator; what was said before homing is past
+    while (om__link_take(w->link, l->error, &m) || om__link_take(w->link, l->error_stamped, &m))
+        if (l->is_ours) return fail(w, "%s reports an error: %s", l->name, m.text);
     return OM_OK;
 }
 
@@ -210,6 +240,7 @@ static void take_wrench(DdsWorld* w, Limb* l) {
     while (om__link_take(w->link, l->wrench, &m)) {
         OmPose frame;
         if (!find_frame(w, m.frame, &frame)) continue;
+        if (!om_is_finite3(m.wrench.force) || !om_is_finite3(m.wrench.torque)) continue;
         l->now.has_wrench = true;
         l->stamp_wrench = m.time;
         l->now.force = om_quat_rotate(frame.q, m.wrench.force);
@@ -238,7 +269,7 @@ static OmStatus take_tool(DdsWorld* w, int a) {
 
 // ---- pictures -----------------------------------------------------------------------------------------------------
 
-static void take_info(DdsWorld* w, Sight* s, const OmSceneCamera* as) {
+static OmStatus take_info(DdsWorld* w, Sight* s, const OmSceneCamera* as) {
     LinkMessage m;
     while (om__link_take(w->link, s->info, &m)) {
         OmCamera c = om_scene_camera_place(as, om_pose_identity());
@@ -247,10 +278,17 @@ static void take_info(DdsWorld* w, Sight* s, const OmSceneCamera* as) {
         if (!(c.lens.fx > 0) || !find_frame(w, m.frame, &c.pose_world_camera)) continue;
         c.fov = 2 * atan(0.5 * c.height / c.lens.fy);
         if (om_camera_check(&c) < 0) continue;
+        if (s->has_info && (c.width != s->camera.width || c.height != s->camera.height))
+            return fail(
+                w,
+                "%s: pictures of %d x %d pixels have become %d x %d; motion has stopped: start again",
+                om__link_name(w->link, s->info), s->camera.width, s->camera.height, c.width,
+                c.height);
         s->camera = c;
         s->has_info = true;
         snprintf(s->frame, sizeof s->frame, "%s", m.frame);
     }
+    return OM_OK;
 }
 
 static OmStatus take_image(DdsWorld* w) {
@@ -321,21 +359,49 @@ static OmStatus take_cloud(DdsWorld* w) {
 
 // ---- all messages -------------------------------------------------------------------------------------------------
 
-static OmStatus take_all(DdsWorld* w) {
+static OmStatus take_messages(DdsWorld* w, bool is_late) {
     take_frames(w);
     for (int a = 0; a < w->head.narm; ++a) {
         Limb* l = &w->limb[a];
         OM_TRY(take_tool(w, a));
-        OM_TRY(take_pose(w, l));
+        OM_TRY(take_pose(w, l, is_late));
         take_joints(w, l);
         take_setpoint(w, l);
         take_wrench(w, l);
         OM_TRY(take_state(w, l));
     }
-    take_info(w, &w->endoscope, &w->def.scene->endoscope);
-    take_info(w, &w->depth, &w->def.scene->rgbd);
+    OM_TRY(take_info(w, &w->endoscope, &w->def.scene->endoscope));
+    OM_TRY(take_info(w, &w->depth, &w->def.scene->rgbd));
     OM_TRY(take_image(w));
     return take_cloud(w);
+}
+
+// Whether every arm was heard since a time of the wall clock.
+static bool is_heard(const DdsWorld* w, double since) {
+    for (int a = 0; a < w->head.narm; ++a)
+        if (w->limb[a].heard < since) return false;
+    return true;
+}
+
+// Take what has come. After a pause of this program the messages that wait are old: new ones must come before the arms
+// count as heard.
+static OmStatus take_all(DdsWorld* w) {
+    const double now = om_clock_now();
+    const bool is_late = !w->is_lock_step && now - w->taken > w->def.stale;
+    OmStatus status = take_messages(w, is_late);
+    while (is_late && status >= 0 && !is_heard(w, now) && om_clock_now() < now + w->def.stale) {
+        om__link_wait(w->link, 0.01);
+        status = take_messages(w, false);
+    }
+    w->taken = om_clock_now();
+    return status;
+}
+
+// A person's Ctrl-C: the arms stop first.
+static OmStatus check_stop(DdsWorld* w) {
+    const OmStatus status = om_stop_poll();
+    if (status < 0) stop_all(w);
+    return status;
 }
 
 static OmStatus check_alive(DdsWorld* w) {
@@ -383,6 +449,7 @@ static OmStatus make_tick(DdsWorld* w, double dt, unsigned what) {
     OM_TRY(om__link_write(w->link, w->tick_out, &m));
     double time = NAN;
     while (isnan(time) || !has_answers(w, what, time)) {
+        OM_TRY(check_stop(w));
         om__link_wait(w->link, 0.1);
         while (om__link_take(w->link, w->tick_in, &m)) {
             if (m.tick.client != w->client || m.tick.number != w->number) continue;
@@ -426,11 +493,18 @@ static OmStatus check_workspace(const DdsWorld* w, const Limb* l, OmVec3 p_world
     return OM_OK;
 }
 
+static OmStatus check_ours(const DdsWorld* w, const Limb* l) {
+    OM_TRY(check_failed(w));
+    OM_CHECK(l->is_ours, OM_INVALID, "%s: call om_world_reset first, which homes the arms",
+             l->name);
+    return OM_OK;
+}
+
 static OmStatus dds_move(OmWorld* world, int index, OmPose goal, double speed) {
     DdsWorld* w = (DdsWorld*)world;
     Limb* l = &w->limb[index];
     double q[OM_PSM_NJOINT];
-    OM_TRY(check_failed(w));
+    OM_TRY(check_ours(w, l));
     OM_CHECK(speed <= w->def.max_speed, OM_INVALID,
              "%s: a speed of %.0f mm/s; this world's limit is %.0f", l->name, 1e3 * speed,
              1e3 * w->def.max_speed);
@@ -449,16 +523,10 @@ static OmStatus dds_set_jaw(OmWorld* world, int index, double angle) {
     DdsWorld* w = (DdsWorld*)world;
     Limb* l = &w->limb[index];
     LinkMessage m = {.time = w->time, .joints = {.nname = 1, .nposition = 1}};
-    OM_TRY(check_failed(w));
+    OM_TRY(check_ours(w, l));
     snprintf(m.joints.name[0], sizeof m.joints.name[0], "jaw");
     m.joints.position[0] = angle;
     return write_command(w, l->jaw_move, &m);
-}
-
-// Angle of the rotation between two orientations, 0 to pi.
-static double angle_between(OmQuat a, OmQuat b) {
-    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
 }
 
 // The pose after dt of a straight motion, as a simulated world has it.
@@ -499,9 +567,24 @@ static OmStatus send_goal(DdsWorld* w, int index, double dt) {
 // Take messages until a time of the wall clock.
 static OmStatus take_until(DdsWorld* w, double time) {
     do {
+        OM_TRY(check_stop(w));
         om__link_wait(w->link, time - om_clock_now());
         OM_TRY(take_all(w));
     } while (om_clock_now() < time);
+    return OM_OK;
+}
+
+// An arm that does not go where it is sent: goals that are refused, another client, an emergency stop.
+static OmStatus check_follows(DdsWorld* w) {
+    for (int a = 0; a < w->head.narm; ++a) {
+        const Limb* l = &w->limb[a];
+        const double behind = om_distance(l->setpoint.p, l->now.tip.p);
+        if (l->is_ours && behind > w->def.max_jump)
+            return fail(
+                w,
+                "%s is measured %.0f mm from where it was sent, at most %.0f mm; motion has stopped",
+                l->name, 1e3 * behind, 1e3 * w->def.max_jump);
+    }
     return OM_OK;
 }
 
@@ -510,6 +593,7 @@ static OmStatus dds_advance(OmWorld* world, double dt) {
     OM_TRY(check_failed(w));
     OM_TRY(take_all(w));
     OM_TRY(check_alive(w));
+    OM_TRY(check_follows(w));
     for (int a = 0; a < world->narm; ++a) OM_TRY(send_goal(w, a, dt));
     if (w->is_lock_step) return make_tick(w, dt, 0);
     const double now = om_clock_now();
@@ -541,6 +625,7 @@ static OmStatus wait_for_pictures(DdsWorld* w, unsigned what) {
                 w, "%s: no picture younger than %.2f s within %.0f s; motion has stopped",
                 om__link_name(w->link, what & OM_OBSERVE_IMAGE ? w->endoscope.data : w->depth.data),
                 NEW_PICTURE, PICTURE_TIME);
+        OM_TRY(check_stop(w));
         om__link_wait(w->link, 0.01);
         OM_TRY(take_all(w));
         OM_TRY(check_alive(w));
@@ -599,29 +684,39 @@ static OmStatus dds_observe(OmWorld* world, unsigned what, OmObservation* obs) {
 
 // ---- begin --------------------------------------------------------------------------------------------------------
 
-static bool is_home(const DdsWorld* w) {
+// The first arm that is not enabled and homed; null: none.
+static const Limb* find_unhomed(const DdsWorld* w) {
     for (int a = 0; a < w->head.narm; ++a)
-        if (strcmp(w->limb[a].mode, "ENABLED") != 0 || !w->limb[a].is_homed) return false;
-    return true;
+        if (strcmp(w->limb[a].mode, "ENABLED") != 0 || !w->limb[a].is_homed) return &w->limb[a];
+    return NULL;
 }
 
 // Home the arms that are not; the tissue is as a person has prepared it.
 static OmStatus dds_reset(OmWorld* world) {
     DdsWorld* w = (DdsWorld*)world;
     OM_TRY(check_failed(w));
+    OM_TRY(take_all(w));
     for (int a = 0; a < world->narm; ++a) {
         Limb* l = &w->limb[a];
         LinkMessage m = {.time = w->time};
+        const bool is_paused = strcmp(l->mode, "PAUSED") == 0,
+                   is_fault = strcmp(l->mode, "FAULT") == 0;
+        OM_CHECK(!is_paused && !is_fault, OM_INVALID,
+                 "%s is %s: send it state_command \"%s\", then run again", l->name, l->mode,
+                 is_fault ? "clear_fault" : "resume");
         snprintf(m.text, sizeof m.text, "home");
         if (strcmp(l->mode, "ENABLED") != 0 || !l->is_homed)
             OM_TRY(write_command(w, l->state_command, &m));
     }
     const double end = om_clock_now() + HOME_TIME;
-    while (!is_home(w)) {
+    for (const Limb* l; (l = find_unhomed(w));) {
+        OM_TRY(check_stop(w));
         om__link_wait(w->link, 0.05);
         OM_TRY(take_all(w));
         OM_TRY(check_alive(w));
-        if (om_clock_now() > end) return fail(w, "the arms are not homed after %.0f s", HOME_TIME);
+        if (om_clock_now() > end)
+            return fail(w, "%s is not homed after %.0f s: it is %s; home it by its own console",
+                        l->name, HOME_TIME, l->mode);
     }
     if (w->is_lock_step) OM_TRY(make_tick(w, 0, 0));
     for (int a = 0; a < world->narm; ++a) {
@@ -631,6 +726,7 @@ static OmStatus dds_reset(OmWorld* world) {
         l->goal = l->setpoint;
         l->is_ours = true;
     }
+    OM_TRY(check_follows(w));
     w->next = om_clock_now();
     return OM_OK;
 }
@@ -669,6 +765,7 @@ static const Topic limb_topic[] = {
     {offsetof(Limb, wrench), LINK_IN, LINK_WRENCH, "spatial/measured_cf", 5},
     {offsetof(Limb, state), LINK_IN | LINK_LATCHED, LINK_STATE, "operating_state", 10},
     {offsetof(Limb, error), LINK_IN, LINK_STRING, "error", 10},
+    {offsetof(Limb, error_stamped), LINK_IN, LINK_STAMPED, "error", 10},
     {offsetof(Limb, tool_type), LINK_IN | LINK_LATCHED, LINK_STRING, "tool_type", 1},
     {offsetof(Limb, state_command), LINK_OUT, LINK_STAMPED, "state_command", 10},
     {offsetof(Limb, servo_cp), LINK_OUT, LINK_POSE, "servo_cp", 10},
@@ -722,6 +819,7 @@ static OmStatus wait_for_robot(DdsWorld* w) {
     const char* missing = "";
     const double end = om_clock_now() + w->def.wait;
     while (missing) {
+        OM_TRY(om_stop_poll());
         om__link_wait(w->link, 0.02);
         OM_TRY(take_all(w));
         missing = find_missing(w, text, sizeof text);
@@ -777,6 +875,7 @@ OmStatus om_world_create_dds(const OmDdsWorldDef* def, OmWorld** world) {
     w->def = *def;
     w->head = (OmWorld){.ops = &dds_ops, .narm = def->scene->world.narm};
     w->endoscope.stamp = w->depth.stamp = -INFINITY;
+    w->taken = om_clock_now();
     // a number that another client hardly has
     w->client = (uint32_t)(1e6 * fmod(om_clock_now(), 4000)) | 1u;
     for (int a = 0; a < OM_MAX_ARM; ++a) {

@@ -1,0 +1,258 @@
+// test_dds_lies.c: a robot that lies, and a world over DDS that drives it: motion stops, with the reason.
+#include <stdatomic.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "dds/dds_link.h"
+#include "easy_scene.h"
+#include "omentum/base_job.h"
+#include "test_common.h"
+
+#define DT 0.02
+#define PERIOD 0.01  // s, of the robot's messages
+
+typedef enum Lie {
+    NONE,
+    GROWS,     // its pictures become larger
+    NAN_TURN,  // a quaternion that is not finite
+    TURNS,     // an arm is turned about at once
+    FROZEN,    // the stamps stand still: old messages, sent again
+    STILL,     // an arm does not go where it is sent
+    APART,     // the setpoint is not where the arm is
+    ERROR,     // an error, with a stamp as simulators send it
+    SILENT,    // nothing comes while the program is busy
+    FAULT      // an arm is not enabled
+} Lie;
+
+typedef struct Arm {
+    int cp, js, setpoint, jaw, jaw_setpoint, state, tool, error, servo;
+    OmPose tip;
+    double q[OM_PSM_NJOINT];
+} Arm;
+
+typedef struct Robot {
+    OmScene scene;
+    OmSite site;
+    Link* link;
+    Arm arm[2];
+    int tf, depth_info, info, cloud;
+    Lie lie;
+    atomic_bool is_lying, is_over;
+    atomic_int nservo;  // goals for PSM1
+    OmJob* job;
+} Robot;
+
+static float point[4 * 128 * 96];  // x, y, z, rgb of the largest cloud
+
+static OmDdsDef make_dds(void) {
+    OmDdsDef def = om_dds_default_def();
+    def.domain = 100 + (int)((getpid() + 25) % 100);
+    return def;
+}
+
+static void pause_for(double seconds) {
+    const struct timespec t = {(time_t)seconds, (long)(1e9 * (seconds - floor(seconds)))};
+    nanosleep(&t, NULL);
+}
+
+static void send_arm(Robot* r, Arm* arm, double time, double stamp) {
+    const Lie lie = r->is_lying ? r->lie : NONE;
+    LinkMessage m;
+    const bool is_first = arm == r->arm;
+    while (om__link_take(r->link, arm->servo, &m)) {
+        r->nservo += is_first;
+        if (r->lie != STILL) arm->tip = m.pose;
+    }
+    m = (LinkMessage){.time = lie == FROZEN ? stamp : time, .frame = "world", .pose = arm->tip};
+    if (lie == NAN_TURN && is_first) m.pose.q.x = NAN;
+    if (lie == TURNS && is_first) m.pose.q = (OmQuat){.x = 1};
+    om__link_write(r->link, arm->cp, &m);
+    m.pose = arm->tip;
+    if (r->lie == APART) m.pose.p.x += 0.045;
+    om__link_write(r->link, arm->setpoint, &m);
+    m = (LinkMessage){.time = time, .joints = {.nposition = OM_PSM_NJOINT}};
+    memcpy(m.joints.position, arm->q, sizeof arm->q);
+    om__link_write(r->link, arm->js, &m);
+    m = (LinkMessage){.time = time, .joints = {.nposition = 1}};
+    om__link_write(r->link, arm->jaw, &m);
+    om__link_write(r->link, arm->jaw_setpoint, &m);
+    m = (LinkMessage){.time = time, .state = {.name = "ENABLED", .is_homed = true}};
+    if (r->lie == FAULT) {
+        snprintf(m.state.name, sizeof m.state.name, "FAULT");
+        m.state.is_homed = false;
+    }
+    om__link_write(r->link, arm->state, &m);
+    m = (LinkMessage){.time = time, .text = "hit the board"};
+    if (lie == ERROR) om__link_write(r->link, arm->error, &m);
+}
+
+static void send_pictures(Robot* r, double time) {
+    const bool is_large = r->is_lying && r->lie == GROWS;
+    const int w = is_large ? 128 : 64, h = is_large ? 96 : 48;
+    LinkMessage m = {.time = time, .frame = "camera", .info = {.width = w, .height = h}};
+    m.info.lens = (OmLens){.fx = w, .fy = w, .cx = 0.5 * w, .cy = 0.5 * h};
+    om__link_write(r->link, r->depth_info, &m);
+    om__link_write(r->link, r->info, &m);
+    m = (LinkMessage){.time = time, .frame = "camera"};
+    m.picture = (LinkPicture){.width = w,
+                              .height = h,
+                              .point_step = 16,
+                              .step = 16 * w,
+                              .y = 4,
+                              .z = 8,
+                              .rgb = 12,
+                              .data = (unsigned char*)point,
+                              .size = 16 * (size_t)w * (size_t)h};
+    om__link_write(r->link, r->cloud, &m);
+}
+
+static OmStatus be_robot(void* ctx, const OmProgress* progress) {
+    Robot* r = ctx;
+    double time = 1, stamp = 0;
+    (void)progress;
+    for (int k = 0; !r->is_over; ++k, time += PERIOD) {
+        pause_for(PERIOD);
+        const bool is_silent = r->is_lying && r->lie == SILENT;
+        if (!r->is_lying) stamp = time;
+        for (int a = 0; a < 2 && !is_silent; ++a) send_arm(r, &r->arm[a], time, stamp);
+        for (LinkMessage m; is_silent && om__link_take(r->link, r->arm[0].servo, &m);) ++r->nservo;
+        if (k % 5 == 0) send_pictures(r, time);
+    }
+    return OM_OK;
+}
+
+static void add(Robot* r, const char* arm, const char* name, unsigned flags, LinkType type,
+                int* id) {
+    char text[80];
+    snprintf(text, sizeof text, "%s%s", arm, name);
+    assert_ok(om__link_add(r->link, flags, type, text, 10, id));
+}
+
+static void begin(Robot* r, Lie lie) {
+    const OmDdsDef dds = make_dds();
+    static const char* const base[2] = {"PSM1_base", "PSM2_base"};
+    LinkMessage tf = {.tf = {.n = 3}};
+    unsetenv("CYCLONEDDS_URI");
+    *r = (Robot){.scene = easy_scene(), .lie = lie};
+    r->scene.tissue.cells = om_vec3(4, 4, 1);
+    r->scene.rgbd.width = 64, r->scene.rgbd.height = 48;
+    assert_ok(om_site_build(&r->scene, OM_SITE_TWIN, NULL, &r->site));
+    assert_ok(om__link_create(&dds, &r->link));
+    for (int a = 0; a < 2; ++a) {
+        Arm* arm = &r->arm[a];
+        const char* name = a ? "PSM2" : "PSM1";
+        const OmPsm psm = om_world_place_psm(&r->site, a);
+        const double middle[OM_PSM_NJOINT] = {0};
+        arm->tip = om_world_place_tip(&r->site, a);
+        assert_ok(om_psm_inverse(&psm, arm->tip, middle, arm->q));
+        add(r, name, "/measured_cp", LINK_OUT, LINK_POSE, &arm->cp);
+        add(r, name, "/measured_js", LINK_OUT, LINK_JOINTS, &arm->js);
+        add(r, name, "/setpoint_cp", LINK_OUT, LINK_POSE, &arm->setpoint);
+        add(r, name, "/jaw/measured_js", LINK_OUT, LINK_JOINTS, &arm->jaw);
+        add(r, name, "/jaw/setpoint_js", LINK_OUT, LINK_JOINTS, &arm->jaw_setpoint);
+        add(r, name, "/operating_state", LINK_OUT | LINK_LATCHED, LINK_STATE, &arm->state);
+        add(r, name, "/tool_type", LINK_OUT | LINK_LATCHED, LINK_STRING, &arm->tool);
+        add(r, name, "/error", LINK_OUT, LINK_STAMPED, &arm->error);
+        add(r, name, "/servo_cp", LINK_IN, LINK_POSE, &arm->servo);
+        assert_ok(om__link_write(r->link, arm->tool, &(LinkMessage){.text = "PROGRASP"}));
+        tf.tf.frame[a] = (LinkFrame){.parent = "world", .pose = psm.pose_world_rcm};
+        snprintf(tf.tf.frame[a].child, sizeof tf.tf.frame[a].child, "%s", base[a]);
+    }
+    tf.tf.frame[2] = (LinkFrame){.parent = "world", .child = "camera", .pose = om_pose_identity()};
+    add(r, "", "tf_static", LINK_OUT | LINK_LATCHED, LINK_TF, &r->tf);
+    add(r, "", "depth/camera_info", LINK_OUT, LINK_INFO, &r->depth_info);
+    add(r, "", "endoscope/camera_info", LINK_OUT, LINK_INFO, &r->info);
+    add(r, "", "depth/points", LINK_OUT, LINK_CLOUD, &r->cloud);
+    assert_ok(om__link_write(r->link, r->tf, &tf));
+    assert_ok(om_job_start(be_robot, r, &r->job));
+}
+
+static void end(Robot* r) {
+    r->is_over = true;
+    om_job_join(r->job);
+    om__link_destroy(r->link);
+    om_site_done(&r->site);
+}
+
+// Connect, home, move PSM1 by 40 mm and lie meanwhile: what the world says, and the goals that it sent.
+static OmStatus drive(Robot* r, bool homes, int* nservo) {
+    OmDdsWorldDef def = om_dds_world_default_def(&r->scene);
+    OmWorld* world;
+    OmObservation obs = {0};
+    OmPose goal = r->arm[0].tip;
+    goal.p.z += 0.04;
+    def.dds = make_dds();
+    def.site = &r->site;
+    def.wait = 20;
+    def.stale = r->lie == FROZEN || r->lie == SILENT ? 1 : 5;
+    assert_ok(om_world_create_dds(&def, &world));
+    OmStatus status = homes ? om_world_reset(world) : OM_OK;
+    if (status == OM_OK && r->lie == GROWS)
+        status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
+    if (status == OM_OK) status = om_world_move(world, 0, goal, 0.2);
+    r->is_lying = true;
+    if (r->lie == SILENT) pause_for(2.5);
+    for (int k = 0; k < 120 && status == OM_OK; ++k) {
+        status = om_world_advance(world, DT);
+        if (status == OM_OK && r->lie == GROWS)
+            status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
+    }
+    om_observation_done(&obs);
+    om_world_destroy(world);
+    pause_for(10 * PERIOD);  // goals that are on their way
+    *nservo = r->nservo;
+    return status;
+}
+
+static void expect(Lie lie, bool homes, OmStatus status, const char* words, int most) {
+    Robot r;
+    int nservo;
+    begin(&r, lie);
+    assert_status(drive(&r, homes, &nservo), status);
+    if (words && !strstr(om_error_message(), words)) fail_msg("%s", om_error_message());
+    assert_true(nservo <= most);
+    end(&r);
+}
+
+static void an_honest_robot(void** unused) {
+    (void)unused;
+    Robot r;
+    int nservo;
+    begin(&r, NONE);
+    assert_ok(drive(&r, true, &nservo));
+    assert_int_equal(nservo, 10);  // 40 mm in steps of 4
+    end(&r);
+}
+
+static void lies_stop_the_arms(void** unused) {
+    (void)unused;
+    expect(GROWS, true, OM_IO, "have become 128 x 96", 10);
+    expect(NAN_TURN, true, OM_IO, "not finite", 9);
+    expect(TURNS, true, OM_IO, "and 90 degrees", 9);
+    expect(STILL, true, OM_IO, "from where it was sent", 6);
+    expect(APART, true, OM_IO, "45 mm from where it was sent", 0);
+    expect(ERROR, true, OM_IO, "hit the board", 9);
+}
+
+static void old_messages_are_none(void** unused) {
+    (void)unused;
+    expect(FROZEN, true, OM_IO, "measured_cp: nothing for", 10);
+    expect(SILENT, true, OM_IO, "measured_cp: nothing for", 0);
+}
+
+static void nothing_moves_before_it_is_homed(void** unused) {
+    (void)unused;
+    expect(NONE, false, OM_INVALID, "om_world_reset", 0);
+    expect(FAULT, true, OM_INVALID, "clear_fault", 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_honest_robot),
+        cmocka_unit_test(lies_stop_the_arms),
+        cmocka_unit_test(old_messages_are_none),
+        cmocka_unit_test(nothing_moves_before_it_is_homed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
