@@ -23,7 +23,8 @@ _SAMPLE_NAMES = ("time", "visibility", "force", "force_world", "height", "speed_
 
 @dataclass
 class RetractResult:
-    """How a retraction ended. outcome: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted".
+    """How a retraction ended. outcome: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted",
+    "held"; "running": the loop has not ended, and is_exposed is False.
 
     samples: dictionary of arrays over time: time (s), visibility, force and force_world (N), height (m), speed_rate.
     actions, updates: a dictionary of the fields of OmRetractAction and OmRetractUpdate each. summary: all other fields of
@@ -43,12 +44,15 @@ class RetractResult:
         return _plot.run(ax, self.samples, self.outcome)
 
     @classmethod
-    def _of(cls, raw: Any) -> RetractResult:
+    def _of(cls, raw: Any, is_running: bool = False) -> RetractResult:
         table = np.array([[getattr(raw.sample[i], n) for n in _SAMPLE_NAMES] for i in range(raw.nsample)]).reshape(-1, len(_SAMPLE_NAMES))
-        return cls(lib.om_retract_outcome_text(int(raw.outcome)).decode(), raw.is_exposed, raw.reason,
+        summary = raw.as_dict()
+        if is_running:  # C has 0, exposed, until the end
+            summary["outcome"] = None
+        return cls("running" if is_running else lib.om_retract_outcome_text(int(raw.outcome)).decode(), raw.is_exposed, raw.reason,
                    {name: table[:, k].copy() for k, name in enumerate(_SAMPLE_NAMES)},
                    [raw.action[i].as_dict() for i in range(raw.naction)], [raw.belief.update[i].as_dict() for i in range(raw.belief.nupdate)],
-                   raw.as_dict())
+                   summary)
 
 
 def retract(scene: Scene | str | os.PathLike[str], out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
@@ -267,8 +271,8 @@ class Loop(Owner):
 
     @property
     def result(self) -> RetractResult:
-        """The result so far."""
-        return RetractResult._of(lib.om_loop_result(self._c).contents)
+        """The result so far; its outcome is "running" until the loop has ended."""
+        return RetractResult._of(lib.om_loop_result(self._c).contents, self.phase != "ended")
 
     def close(self) -> None:
         """Give up the loop; within a listener this is refused."""

@@ -57,7 +57,7 @@ class Arm(c.OmArmObservation):
 class Observation:
     """What was measured, each with its own time (s).
 
-    arms: an Arm for each arm. visibility: visible fraction of the region of interest. picture: of the endoscope
+    arms: an Arm for each arm. visibility: visible fraction of the region of interest, 0 to 1. picture: of the endoscope
     (height x width x 3) bytes. depth: m along z of depth_camera, 0 or not finite: none (height x width). color: of the same
     pixels (height x width x 3). Pictures are None where they were not observed.
     """
@@ -217,6 +217,8 @@ class World(Owner):
             raise TypeError(f"observe() returned {type(seen).__name__}: an omentum.Observation is needed")
         if len(seen.arms) != narm or not all(isinstance(arm, c.OmArmObservation) for arm in seen.arms):
             raise ValueError(f"observe() returned an Observation whose arms are {seen.arms!r}: {narm} of omentum.Arm are needed")
+        if what & VISIBILITY and not 0 <= seen.visibility <= 1:  # also NaN
+            raise ValueError(f"observe({what}) returned an Observation with visibility {seen.visibility!r}: 0 to 1 is needed, a share, not percent")
         for flag, name in ((IMAGE, "picture"), (DEPTH, "depth"), (COLOR, "color")):
             if what & flag and getattr(seen, name) is None:
                 raise ValueError(f"observe({what}) returned an Observation without `{name}`, which sources={self._raw.sources} promises")
@@ -334,16 +336,30 @@ class RobotWorld(SimulatedWorld):
         world.advance(0.02)                             # one goal is sent; takes 20 ms of the wall clock
 
     It observes DEPTH, COLOR and IMAGE, and knows no truth. A fault stops the motion, and every later call raises it again: a pose
-    older than `stale` (s), a jump, an arm that is not homed any more.
+    older than `stale` (s), a jump, an arm that is not homed any more. A goal outside of the workspace, `reach` (m) around the
+    tissue of the scene, raises Invalid.
     """
 
     def __init__(self, scene: Scene | str | os.PathLike[str], domain: int = 0, *, network: str | None = None, peer: str | None = None,
-                 wait: float = 5.0, stale: float = 0.1) -> None:
+                 wait: float = 5.0, stale: float = 0.1, reach: float = 0.15, frames: str | os.PathLike[str] | None = None,
+                 instrument: str | os.PathLike[str] | None = None, arm: str | os.PathLike[str] | None = None) -> None:
+        """
+        frames: file of `omentum register`, where the robot's frames are; None: the robot's tf_static. instrument, arm: files
+        of the dVRK for all arms; None: of the instrument that the robot reports, on a Classic arm.
+        """
         refuse_fork("a robot")
         self.scene = scene_of(scene).copy()
+        self.site = Site(self.scene, "twin")
         definition = lib.om_dds_world_default_def(ctypes.byref(self.scene))
+        definition.site, definition.reach = ctypes.pointer(self.site._c), reach
         definition.dds.domain = domain
         definition.dds.network = network.encode() if network else None
         definition.dds.peer = peer.encode() if peer else None
         definition.wait, definition.stale = wait, stale
-        self._take(create(lib.om_world_create_dds, ctypes.byref(definition)), self.scene)
+        definition.instrument_file = None if instrument is None else path_of(instrument)
+        definition.arm_file = None if arm is None else path_of(arm)
+        table, nframe = (c.OmDdsFrame * c.OM_DDS_MAX_FRAME)(), ctypes.c_int(0)
+        if frames is not None:
+            lib.om_dds_frames_load(path_of(frames), table, ctypes.byref(nframe))
+        definition.frame, definition.nframe = table, nframe.value
+        self._take(create(lib.om_world_create_dds, ctypes.byref(definition)), definition, table, self.scene, self.site._handle)

@@ -75,6 +75,10 @@ def test_the_package_drives_the_robot(robot):
         world.advance(0.02)
     assert np.linalg.norm(world.observe().arms[0].pose[:3, 3] - goal[:3, 3]) < 0.001  # m: the tremor
     assert "PSM1: home: ENABLED, homed" in robot.read_text()
+    far = goal.copy()
+    far[2, 3] = world.site.pose_world_task[2, 3] + 2 * world.site.half_size[2] + 0.16  # m: 10 mm above the workspace
+    with pytest.raises(om.Invalid, match="outside of the workspace, 150 mm around the tissue"):
+        world.move(0, far, 0.1)
     world.close()
 
 
@@ -101,6 +105,14 @@ def test_slicers_stream(robot):
 def test_no_robot():
     with pytest.raises(om.Unavailable, match="PSM1/measured_cp.*rmw_zenoh"):
         om.RobotWorld(SMALL, (DOMAIN + 50) % 232, wait=0.3)
+
+
+def test_files_of_a_robot_are_read(tmp_path):
+    """A frame of the file counts before those of the robot: the tip is seen where the file says."""
+    bad = tmp_path / "bad.json"
+    bad.write_text("{")
+    with pytest.raises(om.Invalid, match="bad.json"):
+        om.RobotWorld(SMALL, DOMAIN, frames=bad)
 
 
 def test_hashes_of_types():

@@ -104,6 +104,11 @@ def test_a_wrong_observation_is_named(gives, text):
     om.World.__init__(seeing, narm=2, sources=om.VISIBILITY | om.IMAGE)
     with pytest.raises(ValueError, match="without `picture`"):
         om.lib.om_world_observe(seeing._c, om.IMAGE, om.capi.OmObservation())
+    for share in (85, -0.01, float("nan")):
+        seeing.observe = lambda what, share=share: om.Observation(0, seeing.arms, share)
+        om.lib.om_world_observe(seeing._c, 0, om.capi.OmObservation())  # without VISIBILITY it is not read
+        with pytest.raises(ValueError, match="a share, not percent"):
+            om.lib.om_world_observe(seeing._c, om.VISIBILITY, om.capi.OmObservation())
 
 
 def test_what_an_arm_measures():

@@ -153,6 +153,9 @@ def test_a_supervisor_commands_a_run():
 
     def watch(loop):
         seen.append(loop.ntick)
+        result = loop.result
+        assert result.outcome == ("aborted" if loop.phase == "ended" else "running") and not result.is_exposed
+        assert (result.summary["outcome"] is None) == (loop.phase != "ended")
         if len(seen) == 3:
             loop.command("slow", value=0.5)
         if len(seen) == 6:
