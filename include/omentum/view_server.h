@@ -16,6 +16,8 @@
 ///
 /// The first page has the controls: only its lines reach the program. Others watch; the next one gets them when it is
 /// closed, or was silent for two seconds. A page says "beat" twice a second. Of "move" lines in a row the last is kept.
+/// At most 60 lines wait for the program, and 64 with "pause", "release", "cancel" and "abort". A line that finds no
+/// place is left out, and its page gets {"say":"too many commands; the last was left out","is_error":true}.
 ///
 /// Safety: the server listens on this machine alone unless `address` says otherwise, and then needs a token. Requests
 /// with another Host or Origin are refused (a web page of a stranger could send them), scripts come from the server

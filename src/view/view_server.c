@@ -18,6 +18,8 @@
 
 #define COOKIE 0x71e35e7u
 #define MAX_LINES 64  // that wait for the program
+#define KEPT_LINES 4  // the last places: for lines that stop something
+#define TOO_MANY "too many commands; the last was left out"
 #define COOKIE_NAME "omentum_token"
 #define BODY_TIME 30  // s that a client may take for one chunk
 #define CHUNK 16384   // bytes of a file in one write
@@ -57,6 +59,7 @@ typedef struct Client {  // of a connection; zeroed by libwebsockets
     int nlasting, generation;  // messages that it has
     uint64_t number[NNEWEST];
     bool was_told, has_control;
+    int nleft_out;  // its lines that found no place, and are not answered yet; at most MAX_LINES
     char line[OM_VIEW_MAX_LINE + 1];
     size_t nline;
 } Client;
@@ -215,7 +218,7 @@ static bool has_control(const OmViewServer* s, const struct lws* wsi) {
 // The next message for a client, copied behind LWS_PRE bytes; null: it has all. The mutex is held.
 static unsigned char* next_message(OmViewServer* s, struct lws* wsi, Client* c, size_t* size,
                                    bool* is_text) {
-    char control[64];
+    char control[96];
     const bool has = has_control(s, wsi);
     Message m = {0};
     if (!c->was_told || has != c->has_control) {
@@ -228,6 +231,10 @@ static unsigned char* next_message(OmViewServer* s, struct lws* wsi, Client* c, 
         m = (Message){control, strlen(control)};
         c->generation = s->generation;
         c->nlasting = 0;
+    } else if (c->nleft_out > 0) {
+        snprintf(control, sizeof control, "{\"say\":\"%s\",\"is_error\":true}", TOO_MANY);
+        m = (Message){control, strlen(control)};
+        --c->nleft_out;
     } else if (c->nlasting < s->nlasting) {
         m = s->lasting[c->nlasting++];
     } else {  // the status first: it is rare
@@ -298,23 +305,34 @@ static void take_control(OmViewServer* s, struct lws* wsi) {
 
 static bool is_move(const char* line) { return strncmp(line, "move ", 5) == 0; }
 
-// Of moves in a row the last one counts. The mutex is held.
-static void queue_line(OmViewServer* s, const Client* c) {
+static bool is_stop(const char* line) {
+    static const char* const word[] = {"pause", "release", "cancel", "abort"};
+    for (size_t k = 0; k < sizeof word / sizeof *word; ++k)
+        if (strcmp(line, word[k]) == 0) return true;
+    return false;
+}
+
+// Of moves in a row the last one counts. The mutex is held. @return false: there is no place
+static bool queue_line(OmViewServer* s, const Client* c) {
     const int last = (s->first + s->nline - 1 + MAX_LINES) % MAX_LINES;
     const bool replaces = s->nline > 0 && is_move(s->line[last]) && is_move(c->line);
-    if (!replaces && s->nline == MAX_LINES) return;
+    const int most = is_stop(c->line) ? MAX_LINES : MAX_LINES - KEPT_LINES;
+    if (!replaces && s->nline >= most) return false;
     const int at = replaces ? last : (s->first + s->nline++) % MAX_LINES;
     memcpy(s->line[at], c->line, c->nline + 1);
+    return true;
 }
 
 // A whole line of a page. Of one without the controls it is left out.
-static void take_line(OmViewServer* s, struct lws* wsi, const Client* c) {
+static void take_line(OmViewServer* s, struct lws* wsi, Client* c) {
     pthread_mutex_lock(&s->mutex);
     take_control(s, wsi);
     if (has_control(s, wsi)) {
         s->heard = om_clock_now();
         const bool is_plain = om_text_is_plain(c->line, c->nline, NULL);
-        if (is_plain && strcmp(c->line, "beat") != 0) queue_line(s, c);
+        const bool is_left_out = is_plain && strcmp(c->line, "beat") != 0 && !queue_line(s, c);
+        if (is_left_out && c->nleft_out < MAX_LINES) ++c->nleft_out;
+        if (is_left_out) lws_callback_on_writable(wsi);
     }
     pthread_mutex_unlock(&s->mutex);
 }

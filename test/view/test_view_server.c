@@ -314,6 +314,40 @@ static void the_last_move_counts(void** unused) {
     close(fd);
 }
 
+// Of lines that are not taken 60 wait. Each further one is answered, and what stops the run has a place of its own.
+static void a_stop_finds_a_place_among_many_lines(void** unused) {
+    (void)unused;
+    static const char* const stop[] = {"pause", "release", "cancel", "abort"};
+    const char* left_out =
+        "{\"say\":\"too many commands; the last was left out\",\"is_error\":true}";
+    begin();
+    const int fd = open_page();
+    char text[40];
+    expect_text(fd, "{\"control\":true}");
+    for (int k = 0; k < 63; ++k) {
+        snprintf(text, sizeof text, "forbid %d 1", k);
+        send_line(fd, text);
+    }
+    for (int k = 0; k < 3; ++k) expect_text(fd, left_out);
+    for (int k = 0; k < 4; ++k) send_line(fd, stop[k]);
+    send_line(fd, "pause");  // the 65th
+    expect_text(fd, left_out);
+    for (int k = 0; k < 60; ++k) {
+        assert_true(has_line());
+        snprintf(text, sizeof text, "forbid %d 1", k);
+        assert_string_equal(line, text);
+    }
+    for (int k = 0; k < 4; ++k) {
+        assert_true(has_line());
+        assert_string_equal(line, stop[k]);
+    }
+    assert_false(has_line());
+    send_line(fd, "go");  // there is place again
+    assert_true(wait_for(has_line));
+    assert_string_equal(line, "go");
+    close(fd);
+}
+
 // Lines arrive whole or not at all, whatever is sent; the server stays.
 static void bad_messages_do_no_harm(void** unused) {
     (void)unused;
@@ -429,6 +463,7 @@ int main(void) {
         cmocka_unit_test(one_page_has_the_controls),
         cmocka_unit_test(a_silent_page_loses_the_controls),
         cmocka_unit_test(the_last_move_counts),
+        cmocka_unit_test(a_stop_finds_a_place_among_many_lines),
         cmocka_unit_test(bad_messages_do_no_harm),
         cmocka_unit_test(a_slow_page_gets_fewer_frames),
         cmocka_unit_test(other_machines_need_a_token),
