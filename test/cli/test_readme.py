@@ -41,7 +41,7 @@ def checkout(folder, program):
 def look(command, folder):
     """The page of a program that ends by a signal."""
     program = subprocess.Popen(["bash", "-c", "exec " + command], cwd=folder, stdout=subprocess.PIPE, text=True)
-    said = program.stdout.readline()
+    said = next(line for line in program.stdout if "http:" in line)
     with urllib.request.urlopen(re.search(r"http:\S+", said)[0]) as page:
         assert b"omentum" in page.read(), command
     program.send_signal(signal.SIGINT)
