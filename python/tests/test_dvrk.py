@@ -1,5 +1,6 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
 # PARTS 2
+import json
 import os
 import pathlib
 import re
@@ -18,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SMALL = ROOT / "test/cli/small.yaml"
 DOMAIN = 100 + (os.getpid() + 77) % 100
 IGTL = 30000 + os.getpid() % 10000
+UDP = IGTL + 10000
 
 
 @pytest.fixture
@@ -28,7 +30,7 @@ def robot(tmp_path):
         pytest.skip("needs the program: OMENTUM_PROGRAM")
     log = tmp_path / "robot"
     with open(log, "w", encoding="utf-8") as out:
-        process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60", "--rate", "25", "--igtl", str(IGTL)], stdout=out, stderr=out)
+        process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60", "--rate", "25", "--igtl", str(IGTL), "--udp", str(UDP)], stdout=out, stderr=out)
     end = time.time() + 20
     while "PSM1" not in log.read_text() and time.time() < end:
         time.sleep(0.05)
@@ -41,6 +43,17 @@ def client(*arguments):
     pytest.importorskip("cyclonedds")
     script = ROOT / "python/examples/dvrk_grasp.py"
     return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, text=True)
+
+
+def ask(**operation):
+    """The arm's state after one operation by UDP."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.settimeout(5)
+        link.bind(("127.0.0.1", UDP + 1))  # one sender
+        link.sendto(json.dumps({"arm": "PSM1", **operation}).encode(), ("127.0.0.1", UDP))
+        answer = json.loads(link.recv(65536))
+    assert not answer["refused"]
+    return answer["PSM1"]
 
 
 def test_a_client_of_twenty_lines_grasps_and_pulls(robot):
@@ -57,9 +70,18 @@ def test_a_client_that_is_killed_leaves_the_robot_well(robot):
         time.sleep(0.05)
     process.kill()
     process.wait()
+    goal = ask()["measured_js"]
+    goal[3] = -4.2 if goal[3] > 0 else 4.2  # the roll: 6 s
+    ask(move_jp=goal)
     while "no client reads the arms any more" not in robot.read_text() and time.time() < end + 20:
         time.sleep(0.05)
+        ask()
     assert "no client reads the arms any more" in robot.read_text()
+    there = ask()
+    time.sleep(0.5)
+    then = ask()
+    assert then["setpoint_cp"] == there["setpoint_cp"] and then["measured_js"] == there["measured_js"]
+    assert abs(then["measured_js"][3] - goal[3]) > 0.1  # rad
 
 
 def test_the_package_drives_the_robot(robot):

@@ -166,7 +166,8 @@ static void begin_move(Arm* arm, double time, OmPose goal, const double q[6]) {
     memcpy(arm->from_q, arm->q, sizeof arm->from_q);
     memcpy(arm->goal_q, q, sizeof arm->goal_q);
     arm->goal = goal;
-    arm->begin = time;
+    arm->begin = arm->heard = time;
+    arm->patience = INFINITY;
     arm->duration = 1.5 * fmax(longest, turn / OM_WORLD_MAX_TURN) / arm->ratio;
     arm->motion = ARM_MOVE;
 }
@@ -261,8 +262,10 @@ static bool is_at_goal(const Arm* arm) {
 bool om__arm_step(Arm* arm, double time, double dt) {
     const OmPose before = arm->setpoint;
     const bool is_servo = arm->motion == ARM_SERVO_CP || arm->motion == ARM_SERVO_JP;
-    arm->has_timed_out = is_servo && time - arm->heard > ARM_TIMEOUT && !is_at_goal(arm);
-    if (is_servo && time - arm->heard > ARM_TIMEOUT) arm->motion = ARM_HOLD;
+    const double patience = is_servo ? ARM_TIMEOUT : arm->patience;
+    const bool is_late = arm->motion != ARM_HOLD && time - arm->heard > patience;
+    arm->has_timed_out = is_late && !is_at_goal(arm);
+    if (is_late) arm->motion = ARM_HOLD;
     if (arm->motion == ARM_SERVO_CP) step_servo_cp(arm, dt);
     if (arm->motion == ARM_SERVO_JP) step_servo_jp(arm, dt);
     if (arm->motion == ARM_MOVE) step_move(arm, time + dt);

@@ -29,9 +29,10 @@ typedef struct Arm {
     double from_q[OM_PSM_NJOINT];  // of ARM_MOVE
     double goal_q[OM_PSM_NJOINT];  // of ARM_SERVO_JP and ARM_MOVE
     double begin, duration;        // s, of ARM_MOVE
-    double heard;                  // s, time of the last servoed goal
+    double heard;                  // s, time of the last servoed goal, or sign of a move's client
+    double patience;               // s without a sign, then ARM_MOVE stops; a new move: INFINITY
     double ratio;                  // of the speed of ARM_MOVE, above 0 to 1
-    bool has_timed_out;            // of the last step: it stopped before its goal
+    bool has_timed_out;            // of the last step: stopped before its goal
     double jaw_goal;               // rad
 } Arm;
 

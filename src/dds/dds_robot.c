@@ -21,13 +21,14 @@
 #include "omentum/base_job.h"
 
 #define COOKIE 0xdd5002u
-#define LOOK_NICE 10   // of the thread that renders
-#define SILENCE 5.0    // s without a reader after which the robot says so
-#define BEAT 0.1       // s between two messages while a lock-step stands still
-#define NBIN 2000      // of the histogram of periods
-#define BIN 1e-4       // s
-#define FAST 1e3       // m/s: the world reaches the setpoint within the step
-#define WORLD "world"  // the frame of all poses but the local ones
+#define LOOK_NICE 10      // of the thread that renders
+#define SILENCE 5.0       // s without a reader after which the robot says so
+#define BEAT 0.1          // s between two messages while a lock-step stands still
+#define NBIN 2000         // of the histogram of periods
+#define BIN 1e-4          // s
+#define FAST 1e3          // m/s: the world reaches the setpoint within the step
+#define UDP_PATIENCE 1.0  // s without a datagram after which the move of its sender stops
+#define WORLD "world"     // the frame of all poses but the local ones
 
 typedef struct Hand {  // an arm with its topics
     Arm core;
@@ -38,6 +39,7 @@ typedef struct Hand {  // an arm with its topics
     int state, error, warning, status, tool_type;
     double last_q[OM_PSM_NJOINT];
     bool has_last, was_busy;
+    int mover;  // om__udp_sender of the last move by UDP
 } Hand;
 
 typedef struct Eye {  // a camera with its topics
@@ -581,6 +583,27 @@ static OmPose pose_of(const double x[7]) {
     return (OmPose){om_load3(x, 0), (OmQuat){.w = x[6], .x = x[3], .y = x[4], .z = x[5]}};
 }
 
+// A move by UDP has no reader that could go away: its client shows by any datagram that it lives.
+static OmStatus begin_udp_move(OmDdsRobot* r, Hand* hand, const UdpCommand* c,
+                               const LinkJoints* q) {
+    Arm* arm = &hand->core;
+    if (c->kind == UDP_MOVE_CP)
+        OM_TRY(om__arm_move_cp(arm, r->obs.time, pose_of(c->x)));
+    else
+        OM_TRY(om__arm_move_jp(arm, r->obs.time, q));
+    arm->patience = UDP_PATIENCE;
+    hand->mover = om__udp_sender(r->udp);
+    return OM_OK;
+}
+
+static void hear_sender(OmDdsRobot* r) {
+    for (int a = 0; a < r->narm; ++a) {
+        Hand* hand = &r->hand[a];
+        const bool is_its_move = hand->core.motion == ARM_MOVE && isfinite(hand->core.patience);
+        if (is_its_move && hand->mover == om__udp_sender(r->udp)) hand->core.heard = r->obs.time;
+    }
+}
+
 static OmStatus obey_datagram(OmDdsRobot* r, const char* data, size_t size) {
     UdpCommand c;
     OM_TRY(om__udp_parse(data, size, &c));
@@ -593,9 +616,9 @@ static OmStatus obey_datagram(OmDdsRobot* r, const char* data, size_t size) {
     memcpy(joints.position, c.x, (size_t)c.n * sizeof *c.x);
     switch (c.kind) {
     case UDP_SERVO_CP: return om__arm_servo_cp(arm, r->obs.time, pose_of(c.x));
-    case UDP_MOVE_CP: return om__arm_move_cp(arm, r->obs.time, pose_of(c.x));
     case UDP_SERVO_JP: return om__arm_servo_jp(arm, r->obs.time, &joints);
-    case UDP_MOVE_JP: return om__arm_move_jp(arm, r->obs.time, &joints);
+    case UDP_MOVE_CP:
+    case UDP_MOVE_JP: return begin_udp_move(r, hand, &c, &joints);
     case UDP_JAW: return om__arm_jaw(arm, &joints);
     case UDP_HOLD: om__arm_hold(arm); return OM_OK;
     case UDP_STATE:
@@ -642,6 +665,7 @@ static OmStatus serve_datagrams(OmDdsRobot* r) {
     const char* data;
     size_t size;
     while (r->udp && om__udp_take(r->udp, &data, &size)) {
+        hear_sender(r);
         const OmStatus status = obey_datagram(r, data, size);
         if (status < 0 && status != OM_INVALID) return status;
         r->has_said_silent = true;  // somebody speaks
@@ -693,7 +717,8 @@ static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
         }
     }
     if (hand->core.has_timed_out) {
-        say(r, "%s: no command for %.2f s: it stops before its goal", hand->name, ARM_TIMEOUT);
+        say(r, "%s: no command for %.2f s: it stops before its goal", hand->name,
+            r->obs.time - hand->core.heard);
         OM_TRY(send_words(r, hand->warning, "no command in time: the arm stops before its goal"));
     }
     return om_world_set_jaw(r->def.world, a, hand->core.jaw_goal);
@@ -720,8 +745,10 @@ static void watch_readers(OmDdsRobot* r) {
         n += om__link_count(r->link, r->hand[a].measured_cp) +
              om__link_count(r->link, r->hand[a].measured_js);
     if (n > 0 && !r->has_readers) say(r, "a client reads the arms");
-    if (n == 0 && r->has_readers)
+    if (n == 0 && r->has_readers) {
+        for (int a = 0; a < r->narm; ++a) om__arm_hold(&r->hand[a].core);
         say(r, "no client reads the arms any more; they stop where they are");
+    }
     r->has_readers = n > 0;
     if (n > 0) r->has_said_silent = true;
     if (n > 0 || r->has_said_silent || om_clock_now() - r->begun < SILENCE) return;

@@ -49,6 +49,8 @@ bool om__udp_take(Udp* udp, const char** data, size_t* size) {
     return n >= 0;
 }
 
+int om__udp_sender(const Udp* udp) { return ntohs(udp->from.sin_port); }
+
 // A client that is gone is no error.
 void om__udp_answer(Udp* udp, const char* data, size_t size) {
     (void)sendto(udp->fd, data, size, MSG_DONTWAIT, (const struct sockaddr*)&udp->from,

@@ -41,6 +41,8 @@ OmStatus om__udp_open(int port, Udp** udp);
 void om__udp_close(Udp* udp);
 // The next datagram; its sender is whom om__udp_answer answers. @return false: there is none
 bool om__udp_take(Udp* udp, const char** data, size_t* size);
+// A number of the sender of the last datagram, above 0: another one for each socket.
+int om__udp_sender(const Udp* udp);
 void om__udp_answer(Udp* udp, const char* data, size_t size);
 
 // TCP on 127.0.0.1: messages for every client. What clients say is not read.

@@ -1,5 +1,9 @@
 // test_dds_robot.c: what clients may do to the simulated robot. Robot and client share this thread: a tick is a call.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "dds/dds_link.h"
@@ -14,7 +18,8 @@ typedef struct Served {  // a robot in lock-step, with a client of PSM1
     OmWorld* field;
     OmDdsRobot* robot;
     Link* link;
-    int tick, state_command, servo_jp, move_jp, warning, measured_js, setpoint_js, setpoint_cp;
+    int tick, state_command, servo_jp, move_jp, warning, setpoint_js, setpoint_cp;
+    int udp_port;
     char said[400];  // the last sentence of the robot
 } Served;
 
@@ -48,6 +53,7 @@ static void begin(Served* s) {
     OmDdsRobotDef def;
     make_robot(s, &def);
     def.is_lock_step = true;
+    def.udp_port = s->udp_port = 43000 + getpid() % 4000;
     assert_ok(om_dds_robot_create(&def, &s->robot));
     assert_ok(om__link_create(&def.dds, &s->link));
     const struct {
@@ -60,7 +66,6 @@ static void begin(Served* s) {
                  {&s->servo_jp, LINK_OUT, LINK_JOINTS, "PSM1/servo_jp"},
                  {&s->move_jp, LINK_OUT, LINK_JOINTS, "PSM1/move_jp"},
                  {&s->warning, LINK_IN, LINK_STRING, "PSM1/warning"},
-                 {&s->measured_js, LINK_IN, LINK_JOINTS, "PSM1/measured_js"},
                  {&s->setpoint_js, LINK_IN, LINK_JOINTS, "PSM1/setpoint_js"},
                  {&s->setpoint_cp, LINK_IN, LINK_POSE, "PSM1/setpoint_cp"}};
     for (size_t k = 0; k < sizeof topic / sizeof *topic; ++k)
@@ -161,7 +166,85 @@ static void joint_limits(void** unused) {
     end(&s);
 }
 
+// The client that reads the arms goes away while a move is under way: the arm stops where it is.
+static void reader_gone(void** unused) {
+    (void)unused;
+    Served s;
+    Link* reader;
+    int id;
+    begin(&s);
+    const OmDdsDef dds = make_dds();
+    assert_ok(om__link_create(&dds, &reader));
+    assert_ok(om__link_add(reader, LINK_IN, LINK_POSE, "PSM1/measured_cp", 1, &id));
+    while (om__link_count(reader, id) == 0) om__link_wait(reader, 0.01);
+    order(&s, "home");
+    step(&s, DT);
+    assert_string_equal(s.said, "a client reads the arms");
+    double q[OM_PSM_NJOINT];
+    memcpy(q, last(&s, s.setpoint_js).joints.position, sizeof q);
+    q[0] += 0.5;
+    drive(&s, s.move_jp, q);
+    for (int i = 0; i < 5; ++i) step(&s, DT);
+    om__link_destroy(reader);
+    for (int i = 0; i < 200 && !strstr(s.said, "they stop where they are"); ++i) {
+        step(&s, 1e-4);
+        poll(NULL, 0, 5);
+    }
+    assert_non_null(strstr(s.said, "they stop where they are"));
+    step(&s, DT);
+    const LinkMessage there = last(&s, s.setpoint_js);
+    for (int i = 0; i < 5; ++i) step(&s, DT);
+    assert_near(last(&s, s.setpoint_js).joints.position[0], there.joints.position[0], 0);
+    assert_below(0.01, fabs(there.joints.position[0] - q[0]));  // rad: short of its goal
+    end(&s);
+}
+
+static void tell(int fd, int port, const char* words) {
+    const struct sockaddr_in at = {.sin_family = AF_INET,
+                                   .sin_port = htons((uint16_t)port),
+                                   .sin_addr = {htonl(INADDR_LOOPBACK)}};
+    const size_t size = strlen(words);
+    assert_int_equal(sendto(fd, words, size, 0, (const struct sockaddr*)&at, sizeof at), size);
+}
+
+// A move by UDP continues as long as its sender is heard within 1 s, and then stops; another sender does not count.
+static void sender_gone(void** unused) {
+    (void)unused;
+    Served s;
+    begin(&s);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0), other = socket(AF_INET, SOCK_DGRAM, 0);
+    char words[300];
+    LinkMessage m;
+    order(&s, "home");
+    step(&s, DT);
+    double q[OM_PSM_NJOINT];
+    memcpy(q, last(&s, s.setpoint_js).joints.position, sizeof q);
+    double before = q[0];
+    snprintf(words, sizeof words,
+             "{\"arm\": \"PSM1\", \"move_jp\": [%.9f, %.9f, %.9f, %.9f, %.9f, %.9f]}", 1.5, q[1],
+             q[2], q[3], q[4], q[5]);
+    tell(fd, s.udp_port, words);
+    for (int i = 0; i < 30; ++i) {
+        // heard at 0 and 0.9 s: the setpoint of tick 20, at 2.0 s, is that of tick 19
+        if (i == 9) tell(fd, s.udp_port, "{\"arm\": \"PSM2\"}");
+        if (i > 9) tell(other, s.udp_port, "{\"arm\": \"PSM1\"}");
+        step(&s, 0.1);
+        const double now = last(&s, s.setpoint_js).joints.position[0];
+        assert_true(i < 19 ? now > before + 1e-4 : i < 21 || now == before);
+        before = now;
+    }
+    assert_string_equal(last(&s, s.warning).text,
+                        "no command in time: the arm stops before its goal");
+    assert_false(om__link_take(s.link, s.warning, &m));  // said once
+    assert_below(before, 1.4);
+    close(fd);
+    close(other);
+    end(&s);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(joint_limits)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(joint_limits),
+                                       cmocka_unit_test(reader_gone),
+                                       cmocka_unit_test(sender_gone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

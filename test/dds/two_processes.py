@@ -8,13 +8,14 @@ lock_step      actions, exposure and beliefs are those of a run within one proce
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
 udp            the client of python/examples without DDS grasps and pulls
 kill_robot     kill -9 of the robot ends the run with a sentence
-kill_client    kill -9 of the run leaves a robot that says so, serves, and ends well
+kill_client    kill -9 of the run leaves a robot that says so, stops the arms, serves, and ends well
 """
 import json
 import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -81,8 +82,8 @@ def lock_step(*options):
     print(f"{len(runs[0]['actions'])} actions, {len(runs[0]['samples'])} samples are the same")
 
 
-def both(seconds="60"):
-    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", seconds, "--rate", "50", "--pictures", "10")
+def both(*options, seconds="60"):
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", seconds, "--rate", "50", "--pictures", "10", *options)
     wait_for("robot", "PSM1 and PSM2")
     run = begin("run", "retract", SCENE, "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
     wait_for("robot", "PSM2: home: ENABLED, homed")
@@ -106,10 +107,33 @@ def kill_robot():
 
 
 def kill_client():
-    robot, run = both()
+    port = 20000 + os.getpid() % 20000
+    robot, run = both("--udp", str(port))
     run.kill()
     run.wait()
-    wait_for("robot", "no client reads the arms any more", 10)
+    link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    link.settimeout(5)
+
+    def ask(**operation):
+        link.sendto(json.dumps({"arm": "PSM1", **operation}).encode(), ("127.0.0.1", port))
+        answer = json.loads(link.recv(65536))
+        if answer["refused"]:
+            fail(answer["refused"])
+        return answer["PSM1"]
+
+    goal = ask()["measured_js"]
+    goal[3] = -4.2 if goal[3] > 0 else 4.2  # the roll: 6 s
+    ask(move_jp=goal)
+    end = time.time() + 10
+    while "no client reads the arms any more" not in text("robot"):
+        if not ask()["is_busy"] or time.time() > end:
+            fail(f"no move until the robot says that no client reads:\n{text('robot')}")
+        time.sleep(0.05)
+    there = ask()
+    time.sleep(0.5)
+    then = ask()
+    if then["setpoint_cp"] != there["setpoint_cp"] or then["measured_js"] != there["measured_js"]:
+        fail(f"the arm moves on: {there['measured_js']}, then {then['measured_js']}")
     robot.send_signal(signal.SIGINT)
     if robot.wait(10) != 0 or "late" not in text("robot"):
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
