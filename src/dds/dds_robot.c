@@ -176,6 +176,7 @@ static OmStatus add_ecm(OmDdsRobot* r) {
     const unsigned latched = LINK_OUT | LINK_LATCHED;
     OM_TRY(om__link_add(l, latched, LINK_STATE, "ECM/operating_state", 10, &e->state));
     const LinkType words = r->def.has_stamped_strings ? LINK_STAMPED : LINK_STRING;
+    OM_TRY(om__link_add(l, LINK_OUT, words, "ECM/error", 5, &e->error));
     OM_TRY(om__link_add(l, LINK_OUT, words, "ECM/status", 5, &e->status));
     return om__link_add(l, LINK_OUT, words, "ECM/warning", 5, &e->warning);
 }
@@ -232,6 +233,18 @@ static OmStatus send_state(OmDdsRobot* r, Hand* hand) {
     m.state.is_homed = hand->core.is_homed;
     m.state.is_busy = hand->was_busy = hand->core.motion == ARM_MOVE;
     return om__link_write(r->link, hand->state, &m);
+}
+
+// After a state command; FAULT is also an error.
+static OmStatus tell_state(OmDdsRobot* r, Hand* hand, const char* command) {
+    const Arm* arm = &hand->core;
+    char words[256];
+    say(r, "%s: %s: %s%s", hand->name, command, om__arm_mode_name(arm->mode),
+        arm->is_homed ? ", homed" : "");
+    snprintf(words, sizeof words, "%s is in FAULT: state command \"%.100s\"", hand->name, command);
+    if (arm->mode == ARM_FAULT) OM_TRY(send_words(r, hand->error, words));
+    OM_TRY(send_words(r, hand->status, om__arm_mode_name(arm->mode)));
+    return send_state(r, hand);
 }
 
 // A command that is refused changes nothing; its sender reads why.
@@ -546,12 +559,26 @@ static OmStatus take_states(OmDdsRobot* r, Hand* hand) {
             OM_TRY(refuse(r, hand, hand->state_command));
             continue;
         }
-        say(r, "%s: %s: %s%s", hand->name, m.text, om__arm_mode_name(hand->core.mode),
-            hand->core.is_homed ? ", homed" : "");
-        OM_TRY(send_words(r, hand->status, om__arm_mode_name(hand->core.mode)));
-        OM_TRY(send_state(r, hand));
+        OM_TRY(tell_state(r, hand, m.text));
     }
     return OM_OK;
+}
+
+// In the frame that measured_cp has.
+static OmStatus check_frame(const LinkMessage* m) {
+    OM_CHECK(!m->frame[0] || strcmp(m->frame, WORLD) == 0, OM_INVALID,
+             "the goal is in frame \"%s\"; must be \"" WORLD "\" or empty", m->frame);
+    return OM_OK;
+}
+
+static OmStatus obey_servo_cp(Arm* arm, double time, const LinkMessage* m) {
+    OM_TRY(check_frame(m));
+    return om__arm_servo_cp(arm, time, m->pose);
+}
+
+static OmStatus obey_move_cp(Arm* arm, double time, const LinkMessage* m) {
+    OM_TRY(check_frame(m));
+    return om__arm_move_cp(arm, time, m->pose);
 }
 
 static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
@@ -561,11 +588,11 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
     OM_TRY(take_states(r, hand));
     if (take_last(r, hand->servo_jp, &m) && om__arm_servo_jp(arm, time, &m.joints) < 0)
         OM_TRY(refuse(r, hand, hand->servo_jp));
-    if (take_last(r, hand->servo_cp, &m) && om__arm_servo_cp(arm, time, m.pose) < 0)
+    if (take_last(r, hand->servo_cp, &m) && obey_servo_cp(arm, time, &m) < 0)
         OM_TRY(refuse(r, hand, hand->servo_cp));
     if (take_last(r, hand->move_jp, &m) && om__arm_move_jp(arm, time, &m.joints) < 0)
         OM_TRY(refuse(r, hand, hand->move_jp));
-    if (take_last(r, hand->move_cp, &m) && om__arm_move_cp(arm, time, m.pose) < 0)
+    if (take_last(r, hand->move_cp, &m) && obey_move_cp(arm, time, &m) < 0)
         OM_TRY(refuse(r, hand, hand->move_cp));
     if (take_last(r, hand->hold, &m)) om__arm_hold(arm);
     if (take_last(r, hand->ratio, &m) && om__arm_set_ratio(arm, m.number) < 0)
@@ -621,11 +648,7 @@ static OmStatus obey_datagram(OmDdsRobot* r, const char* data, size_t size) {
     case UDP_MOVE_JP: return begin_udp_move(r, hand, &c, &joints);
     case UDP_JAW: return om__arm_jaw(arm, &joints);
     case UDP_HOLD: om__arm_hold(arm); return OM_OK;
-    case UDP_STATE:
-        OM_TRY(om__arm_command(arm, c.text));
-        say(r, "%s: %s: %s%s", hand->name, c.text, om__arm_mode_name(arm->mode),
-            arm->is_homed ? ", homed" : "");
-        return send_state(r, hand);
+    case UDP_STATE: OM_TRY(om__arm_command(arm, c.text)); return tell_state(r, hand, c.text);
     default: return OM_OK;
     }
 }

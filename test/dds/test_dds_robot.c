@@ -18,7 +18,8 @@ typedef struct Served {  // a robot in lock-step, with a client of PSM1
     OmWorld* field;
     OmDdsRobot* robot;
     Link* link;
-    int tick, state_command, servo_jp, move_jp, warning, setpoint_js, setpoint_cp;
+    int tick, state_command, servo_jp, move_jp, servo_cp, move_cp, warning, error, setpoint_js,
+        setpoint_cp;
     int udp_port;
     char said[400];  // the last sentence of the robot
 } Served;
@@ -65,6 +66,9 @@ static void begin(Served* s) {
                  {&s->state_command, LINK_OUT, LINK_STAMPED, "PSM1/state_command"},
                  {&s->servo_jp, LINK_OUT, LINK_JOINTS, "PSM1/servo_jp"},
                  {&s->move_jp, LINK_OUT, LINK_JOINTS, "PSM1/move_jp"},
+                 {&s->servo_cp, LINK_OUT, LINK_POSE, "PSM1/servo_cp"},
+                 {&s->move_cp, LINK_OUT, LINK_POSE, "PSM1/move_cp"},
+                 {&s->error, LINK_IN, LINK_STRING, "PSM1/error"},
                  {&s->warning, LINK_IN, LINK_STRING, "PSM1/warning"},
                  {&s->setpoint_js, LINK_IN, LINK_JOINTS, "PSM1/setpoint_js"},
                  {&s->setpoint_cp, LINK_IN, LINK_POSE, "PSM1/setpoint_cp"}};
@@ -100,7 +104,10 @@ static void order(Served* s, const char* command) {
 static LinkMessage last(Served* s, int id) {
     LinkMessage m = {0};
     const double end = om_clock_now() + 5;
-    while (!om__link_take(s->link, id, &m) && om_clock_now() < end) om__link_wait(s->link, 0.01);
+    bool is_there = false;
+    while (!(is_there = om__link_take(s->link, id, &m)) && om_clock_now() < end)
+        om__link_wait(s->link, 0.01);
+    assert_true(is_there);
     return m;
 }
 
@@ -242,9 +249,61 @@ static void sender_gone(void** unused) {
     end(&s);
 }
 
+// FAULT is an error, by DDS and by UDP; a command that FAULT refuses is a warning.
+static void fault(void** unused) {
+    (void)unused;
+    Served s;
+    LinkMessage m;
+    begin(&s);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    order(&s, "home");
+    step(&s, DT);
+    assert_false(om__link_take(s.link, s.error, &m));
+    order(&s, "fault");
+    step(&s, DT);
+    assert_string_equal(last(&s, s.error).text, "PSM1 is in FAULT: state command \"fault\"");
+    order(&s, "home");
+    step(&s, DT);
+    assert_non_null(strstr(last(&s, s.warning).text, "refused in state FAULT"));
+    order(&s, "clear_fault");
+    step(&s, DT);
+    assert_false(om__link_take(s.link, s.error, &m));
+    tell(fd, s.udp_port, "{\"arm\": \"PSM1\", \"state_command\": \"fault\"}");
+    step(&s, DT);
+    assert_string_equal(last(&s, s.error).text, "PSM1 is in FAULT: state command \"fault\"");
+    close(fd);
+    end(&s);
+}
+
+// A goal in the frame of the base is refused and changes nothing; in "world" or without a name it is obeyed.
+static void frames(void** unused) {
+    (void)unused;
+    static const char* const name[] = {"PSM1_base", "worlds", "world", ""};
+    Served s;
+    LinkMessage m;
+    begin(&s);
+    order(&s, "home");
+    step(&s, DT);
+    const int topic[2] = {s.servo_cp, s.move_cp};
+    for (int k = 0; k < 8; ++k) {
+        step(&s, DT);
+        const OmPose before = last(&s, s.setpoint_cp).pose;
+        m = (LinkMessage){.pose = before};
+        snprintf(m.frame, sizeof m.frame, "%s", name[k / 2]);
+        m.pose.p.z -= 0.002;
+        assert_ok(om__link_write(s.link, topic[k % 2], &m));
+        for (int i = 0; i < 10; ++i) step(&s, DT);
+        const double moved = before.p.z - last(&s, s.setpoint_cp).pose.p.z;
+        assert_near(moved, k < 4 ? 0 : 0.002, 1e-12);
+        assert_int_equal(om__link_take(s.link, s.warning, &m), k < 4);
+        if (k < 4) assert_non_null(strstr(m.text, "refused: the goal is in frame"));
+    }
+    end(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(joint_limits),
-                                       cmocka_unit_test(reader_gone),
-                                       cmocka_unit_test(sender_gone)};
+                                       cmocka_unit_test(reader_gone), cmocka_unit_test(sender_gone),
+                                       cmocka_unit_test(fault), cmocka_unit_test(frames)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
