@@ -308,11 +308,17 @@ static OmStatus make_body(Hand* h) {
     return status;
 }
 
+typedef struct Made {  // a body with what belongs to it
+    OmScene scene;
+    OmBody* body;
+    void* start;
+    bool has_forces;
+    double time, step_time;
+} Made;
+
 // The body is made again as the scene says; the one before stays where that fails.
 static OmStatus make_again(Hand* h, const OmScene* scene) {
-    const OmScene before = h->scene;
-    OmBody* old = h->body;
-    void* start = h->start;
+    const Made old = {h->scene, h->body, h->start, h->has_forces, h->time, h->step_time};
     let_go(h);
     forget_probe(h);
     OM_TRY(say(h, "the body is made again", false));
@@ -322,18 +328,21 @@ static OmStatus make_again(Hand* h, const OmScene* scene) {
     const OmStatus status = make_body(h);
     if (status < 0) {
         om_free(h->start);
-        h->start = start;
-        h->body = old;
-        h->scene = before;
-        om_site_set_numbers(&before, &h->site);
+        h->scene = old.scene;
+        h->body = old.body;
+        h->start = old.start;
+        h->has_forces = old.has_forces;
+        h->time = old.time;
+        h->step_time = old.step_time;
+        om_site_set_numbers(&h->scene, &h->site);
         OM_CHECK(status != OM_NO_MEMORY, status, "%s", om_error_message());
         OM_TRY(say(h, om_error_message(), true));
         return say_mode(h);
     }
-    om_free(start);
+    om_free(old.start);
     om_view3d_destroy(h->view);  // it draws the body before
     h->view = NULL;
-    om_body_destroy(old);
+    om_body_destroy(old.body);
     OM_TRY(send_scene(h));
     return om__hand_say_material(h);
 }
