@@ -3,7 +3,8 @@
 // servo_*: a goal for now. The setpoint goes to it at ARM_SPEED and OM_WORLD_MAX_TURN at most, in a straight line
 // (servo_cp) or each joint for itself (servo_jp), and stops where no other goal comes for ARM_TIMEOUT. move_*: all
 // joints begin and end together, on a cubic without speed at both ends: no straight line, as on the robot. A new
-// command replaces the running one. The jaw is apart: it neither stops the arm nor is stopped by it.
+// command replaces the running one. The jaw is apart: its commands do not stop the arm, nor the arm's the
+// jaw; hold, and a state other than enabled and homed, stop both.
 #include "dds/dds_arm.h"
 
 #include <string.h>
@@ -15,7 +16,8 @@
 static const double joint_speed[OM_PSM_NJOINT] = {0.6, 0.6, 0.15, 1.0, 1.0, 1.0};
 
 void om__arm_init(Arm* arm, const OmPsm* psm, OmPose tip, const double q[6], double jaw) {
-    *arm = (Arm){.psm = *psm, .setpoint = tip, .goal = tip, .ratio = 1, .jaw_goal = jaw};
+    *arm = (Arm){
+        .psm = *psm, .setpoint = tip, .goal = tip, .ratio = 1, .jaw_goal = jaw, .jaw_stop = jaw};
     memcpy(arm->q, q, sizeof arm->q);
 }
 
@@ -58,7 +60,7 @@ OmStatus om__arm_command(Arm* arm, const char* command) {
                  om__arm_mode_name(arm->mode));
         arm->mode = (ArmMode)next;
         if (command_table[k].homed != KEEPS) arm->is_homed = command_table[k].homed == SETS;
-        if (arm->mode != ARM_ENABLED || !arm->is_homed) arm->motion = ARM_HOLD;
+        if (arm->mode != ARM_ENABLED || !arm->is_homed) om__arm_hold(arm);
         return OM_OK;
     }
     return om_error(OM_INVALID, "\"%.40s\" is no state command", command);
@@ -203,7 +205,10 @@ OmStatus om__arm_set_ratio(Arm* arm, double ratio) {
     return OM_OK;
 }
 
-void om__arm_hold(Arm* arm) { arm->motion = ARM_HOLD; }
+void om__arm_hold(Arm* arm) {
+    arm->motion = ARM_HOLD;
+    arm->jaw_goal = arm->jaw_stop;
+}
 
 // ---- motion -------------------------------------------------------------------------------------------------------
 

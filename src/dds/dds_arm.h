@@ -34,6 +34,7 @@ typedef struct Arm {
     double ratio;                  // of the speed of ARM_MOVE, above 0 to 1
     bool has_timed_out;            // of the last step: stopped before its goal
     double jaw_goal;               // rad
+    double jaw_stop;               // rad, the goal of a jaw that has to stop now: as measured
 } Arm;
 
 void om__arm_init(Arm* arm, const OmPsm* psm, OmPose tip, const double q[OM_PSM_NJOINT],
@@ -49,6 +50,7 @@ OmStatus om__arm_servo_jp(Arm* arm, double time, const LinkJoints* joints);
 OmStatus om__arm_move_cp(Arm* arm, double time, OmPose goal);
 OmStatus om__arm_move_jp(Arm* arm, double time, const LinkJoints* joints);
 OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints);
+// Stop the arm and the jaw.
 void om__arm_hold(Arm* arm);
 // The share of the speed of moves to come. @return OM_INVALID: not above 0, or above 1
 OmStatus om__arm_set_ratio(Arm* arm, double ratio);

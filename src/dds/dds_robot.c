@@ -747,10 +747,19 @@ static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
     return om_world_set_jaw(r->def.world, a, hand->core.jaw_goal);
 }
 
+// Where a jaw stops: a jaw on tissue that closes keeps its goal, and its grip.
+static void see_jaw(OmDdsRobot* r, int a) {
+    Arm* arm = &r->hand[a].core;
+    const double jaw = r->obs.arm[a].jaw;
+    const bool is_holding = om_body_is_holding(om_world_truth(r->def.world), a);
+    arm->jaw_stop = is_holding ? fmin(arm->jaw_goal, jaw) : jaw;
+}
+
 static OmStatus advance(OmDdsRobot* r, double dt) {
     for (int a = 0; a < r->narm; ++a) OM_TRY(move_hand(r, a, dt));
     OM_TRY(om_world_advance(r->def.world, dt));
     OM_TRY(om_world_observe(r->def.world, 0, &r->obs));
+    for (int a = 0; a < r->narm; ++a) see_jaw(r, a);
     ++r->report.ntick;
     for (int a = 0; a < r->narm; ++a) {
         Hand* hand = &r->hand[a];

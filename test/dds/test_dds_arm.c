@@ -213,7 +213,7 @@ static void ratio(void** unused) {
     assert_near(slow.duration, 4 * arm.duration, 1e-12);
 }
 
-// The jaw and the arm do not stop each other.
+// The jaw and the arm do not stop each other; hold stops both, and so does each state but enabled and homed.
 static void jaw(void** unused) {
     (void)unused;
     Arm arm = make_arm(true);
@@ -223,9 +223,19 @@ static void jaw(void** unused) {
     assert_ok(om__arm_jaw(&arm, &j));
     assert_int_equal(arm.motion, ARM_MOVE);
     assert_true(om__arm_step(&arm, DT, DT));
+    assert_near(arm.jaw_goal, 0.1, 0);
+    arm.jaw_stop = 0.3;
     om__arm_hold(&arm);
     assert_false(om__arm_step(&arm, 2 * DT, DT));
-    assert_near(arm.jaw_goal, 0.1, 0);
+    assert_near(arm.jaw_goal, 0.3, 0);
+    static const char* const command[] = {"pause", "disable", "fault", "unhome", "home", "resume"};
+    for (int k = 0; k < 6; ++k) {
+        arm = make_arm(true);
+        assert_ok(om__arm_jaw(&arm, &j));
+        arm.jaw_stop = 0.3;
+        assert_ok(om__arm_command(&arm, command[k]));
+        assert_near(arm.jaw_goal, k < 4 ? 0.3 : 0.1, 0);
+    }
 }
 
 int main(void) {

@@ -18,8 +18,8 @@ typedef struct Served {  // a robot in lock-step, with a client of PSM1
     OmWorld* field;
     OmDdsRobot* robot;
     Link* link;
-    int tick, state_command, servo_jp, move_jp, servo_cp, move_cp, warning, error, setpoint_js,
-        setpoint_cp;
+    int tick, state_command, servo_jp, move_jp, servo_cp, move_cp, jaw, hold, jaw_is, jaw_to,
+        warning, error, setpoint_js, setpoint_cp;
     int udp_port;
     char said[400];  // the last sentence of the robot
 } Served;
@@ -68,6 +68,10 @@ static void begin(Served* s) {
                  {&s->move_jp, LINK_OUT, LINK_JOINTS, "PSM1/move_jp"},
                  {&s->servo_cp, LINK_OUT, LINK_POSE, "PSM1/servo_cp"},
                  {&s->move_cp, LINK_OUT, LINK_POSE, "PSM1/move_cp"},
+                 {&s->jaw, LINK_OUT, LINK_JOINTS, "PSM1/jaw/move_jp"},
+                 {&s->hold, LINK_OUT, LINK_EMPTY, "PSM1/hold"},
+                 {&s->jaw_is, LINK_IN, LINK_JOINTS, "PSM1/jaw/measured_js"},
+                 {&s->jaw_to, LINK_IN, LINK_JOINTS, "PSM1/jaw/setpoint_js"},
                  {&s->error, LINK_IN, LINK_STRING, "PSM1/error"},
                  {&s->warning, LINK_IN, LINK_STRING, "PSM1/warning"},
                  {&s->setpoint_js, LINK_IN, LINK_JOINTS, "PSM1/setpoint_js"},
@@ -301,9 +305,80 @@ static void frames(void** unused) {
     end(&s);
 }
 
+static void order_jaw(Served* s, double goal) {
+    const LinkMessage m = {.joints = {.nposition = 1, .position = {goal}}};
+    assert_ok(om__link_write(s->link, s->jaw, &m));
+}
+
+static double jaw_after(Served* s, int nstep) {
+    for (int i = 0; i < nstep; ++i) step(s, DT);
+    return last(s, s->jaw_is).joints.position[0];
+}
+
+// A jaw that opens stops at hold, and in each state that is not enabled and homed.
+static void jaw(void** unused) {
+    (void)unused;
+    static const char* const command[] = {"pause", "disable", "fault", "unhome", NULL};
+    Served s;
+    begin(&s);
+    for (int k = 0; k < 5; ++k) {
+        order(&s, k == 3 ? "clear_fault" : k == 1 ? "resume" : "enable");
+        step(&s, DT);
+        order(&s, "home");
+        step(&s, DT);
+        order_jaw(&s, 0.4);
+        assert_near(jaw_after(&s, 20), 0.4, 1e-9);
+        order_jaw(&s, 1.2);
+        const double there = jaw_after(&s, 2);
+        assert_near(there, 0.7, 1e-9);  // at 3 rad/s
+        if (command[k])
+            order(&s, command[k]);
+        else
+            assert_ok(om__link_write(s.link, s.hold, &(LinkMessage){0}));
+        assert_near(jaw_after(&s, 10), there, 0);
+    }
+    end(&s);
+}
+
+// A jaw that holds tissue keeps it, and its grip, through hold and pause: its goal stays below 3 degrees, at which a
+// client tells tissue from an empty jaw. One that opens stops, and still holds while it is open by less than 20.
+static void jaw_on_tissue(void** unused) {
+    (void)unused;
+    Served s;
+    LinkMessage m;
+    begin(&s);
+    order(&s, "home");
+    step(&s, DT);
+    m = (LinkMessage){.pose = last(&s, s.setpoint_cp).pose};
+    m.pose.p = om_pose_mul(s.site.pose_world_task,
+                           (OmPose){om_vec3(-0.02, -0.03, 0.006), om_quat_identity()})
+                   .p;
+    assert_ok(om__link_write(s.link, s.move_cp, &m));
+    for (int i = 0; i < 60; ++i) step(&s, DT);
+    order_jaw(&s, -0.1);
+    const double held = jaw_after(&s, 20);
+    assert_near(held, 5 * OM_PI / 180, 1e-9);  // on tissue
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(om__link_write(s.link, s.hold, &(LinkMessage){0}));
+        if (k == 1) order(&s, "pause");
+        assert_near(jaw_after(&s, 5), held, 0);
+        assert_below(last(&s, s.jaw_to).joints.position[0], 3 * OM_PI / 180);
+    }
+    order(&s, "resume");
+    order_jaw(&s, 1);
+    const double there = jaw_after(&s, 1);
+    assert_true(there > held + 0.1 && om_body_is_holding(om_world_truth(s.field), 0));
+    assert_ok(om__link_write(s.link, s.hold, &(LinkMessage){0}));
+    assert_near(jaw_after(&s, 5), there, 0);
+    assert_true(om_body_is_holding(om_world_truth(s.field), 0));
+    end(&s);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(joint_limits),
-                                       cmocka_unit_test(reader_gone), cmocka_unit_test(sender_gone),
-                                       cmocka_unit_test(fault), cmocka_unit_test(frames)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(joint_limits), cmocka_unit_test(reader_gone),
+        cmocka_unit_test(sender_gone),  cmocka_unit_test(fault),
+        cmocka_unit_test(frames),       cmocka_unit_test(jaw),
+        cmocka_unit_test(jaw_on_tissue)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
