@@ -508,7 +508,10 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
     OM_TRY(add_frame(rec, result->time, result->reason));
     OmRecording* recording = rec->recording;
     rec->recording = NULL;
-    if (recording) OM_TRY(om_recording_end(recording));
+    if (recording) {  // its name is that of a temporary folder
+        const OmStatus status = om_recording_end(recording);
+        if (status < 0) return om_error_prefix(status, "%s", rec->folder.place);
+    }
     OM_TRY(write_json(rec, result));
     OM_TRY(om__record_view_end(rec));
     OM_TRY(om__report_write(rec, result));
