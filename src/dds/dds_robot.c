@@ -27,6 +27,7 @@
 #define NBIN 2000         // of the histogram of periods
 #define BIN 1e-4          // s
 #define FAST 1e3          // m/s: the world reaches the setpoint within the step
+#define UDP_MOST 32       // datagrams of a tick; others wait
 #define UDP_PATIENCE 1.0  // s without a datagram after which the move of its sender stops
 #define WORLD "world"     // the frame of all poses but the local ones
 
@@ -687,7 +688,7 @@ static OmStatus print_reply(OmDdsRobot* r, const char* refused) {
 static OmStatus serve_datagrams(OmDdsRobot* r) {
     const char* data;
     size_t size;
-    while (r->udp && om__udp_take(r->udp, &data, &size)) {
+    for (int k = 0; k < UDP_MOST && r->udp && om__udp_take(r->udp, &data, &size); ++k) {
         hear_sender(r);
         const OmStatus status = obey_datagram(r, data, size);
         if (status < 0 && status != OM_INVALID) return status;

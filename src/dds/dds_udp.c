@@ -59,12 +59,16 @@ void om__udp_answer(Udp* udp, const char* data, size_t size) {
 
 // ---- the stream ---------------------------------------------------------------------------------------------------
 
-enum { MAX_CLIENT = 8 };
+enum {
+    MAX_CLIENT = 8,
+    MAX_READ = 16,      // of 1024 bytes each, of a client in om__stream_count
+    MAX_HEARD = 65536,  // bytes: a client that watches says less
+};
 
 typedef struct Client {
     int fd;  // -1: none
     char* data;
-    size_t size, sent, capacity;
+    size_t size, sent, capacity, heard;
 } Client;
 
 struct Stream {
@@ -101,7 +105,7 @@ OmStatus om__stream_open(int port, Stream** stream) {
 static void drop(Client* c) {
     if (c->fd >= 0) close(c->fd);
     c->fd = -1;
-    c->size = c->sent = 0;
+    c->size = c->sent = c->heard = 0;
 }
 
 void om__stream_close(Stream* stream) {
@@ -127,11 +131,16 @@ static void flush_client(Client* c) {
     }
 }
 
+// So much and no more: a client that sends without end must not keep the robot from its next tick.
 static void read_away(Client* c) {
     char bytes[1024];
     ssize_t n = 1;
-    while (c->fd >= 0 && n > 0) n = recv(c->fd, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK)) drop(c);
+    for (int k = 0; k < MAX_READ && n > 0; ++k) {
+        n = recv(c->fd, bytes, sizeof bytes, MSG_DONTWAIT);
+        if (n > 0) c->heard += (size_t)n;
+    }
+    const bool is_gone = n == 0 || (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK);
+    if (is_gone || c->heard > MAX_HEARD) drop(c);
 }
 
 int om__stream_count(Stream* stream) {

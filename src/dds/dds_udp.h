@@ -45,7 +45,8 @@ bool om__udp_take(Udp* udp, const char** data, size_t* size);
 int om__udp_sender(const Udp* udp);
 void om__udp_answer(Udp* udp, const char* data, size_t size);
 
-// TCP on 127.0.0.1: messages for every client. What clients say is not read.
+// TCP on 127.0.0.1: messages for every client. What clients say is thrown away, and one that
+// says more than 64 kB is dropped.
 typedef struct Stream Stream;
 // @return OM_OK; OM_IO (the port is taken); OM_NO_MEMORY
 OmStatus om__stream_open(int port, Stream** stream);

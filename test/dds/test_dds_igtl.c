@@ -114,8 +114,32 @@ static void stream(void** unused) {
     om__stream_close(s);
 }
 
+// A client that sends without end is read in parts of 16 kB, and dropped after 64; one that says little stays.
+static void flood(void** unused) {
+    (void)unused;
+    static const char bytes[20000];
+    Stream* s;
+    int port = 42000 + getpid() % 5000, ncall = 0;
+    while (om__stream_open(port, &s) != OM_OK) ++port;
+    const int fd = connect_to(port), quiet = connect_to(port);
+    while (om__stream_count(s) < 2) poll(NULL, 0, 1);
+    assert_int_equal(send(quiet, bytes, 1000, 0), 1000);
+    for (int k = 0; k < 6; ++k) (void)!send(fd, bytes, sizeof bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+    while (om__stream_count(s) == 2 && ncall < 2000) {
+        ++ncall;
+        (void)!send(fd, bytes, sizeof bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+        poll(NULL, 0, 1);
+    }
+    assert_true(ncall >= 4 && ncall < 2000);  // the fifth call reads beyond 64 kB
+    for (int k = 0; k < 5; ++k) assert_int_equal(om__stream_count(s), 1);
+    close(fd);
+    close(quiet);
+    om__stream_close(s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(crc), cmocka_unit_test(transform),
-                                       cmocka_unit_test(surface), cmocka_unit_test(stream)};
+                                       cmocka_unit_test(surface), cmocka_unit_test(stream),
+                                       cmocka_unit_test(flood)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

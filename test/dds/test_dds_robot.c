@@ -374,11 +374,35 @@ static void jaw_on_tissue(void** unused) {
     end(&s);
 }
 
+// A tick answers 32 datagrams; the others wait for the next one.
+static void many_datagrams(void** unused) {
+    (void)unused;
+    Served s;
+    OmDdsRobotDef def;
+    make_robot(&s, &def);
+    def.rate = 20;
+    def.picture_rate = 0;
+    def.udp_port = 43000 + getpid() % 4000;
+    assert_ok(om_dds_robot_create(&def, &s.robot));
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    char answer[8192];
+    for (int k = 0; k < 40; ++k) tell(fd, def.udp_port, "{\"arm\": \"PSM1\"}");
+    for (int k = 0; k < 2; ++k) {
+        int n = 0;
+        assert_ok(om_dds_robot_run(s.robot, 1 / def.rate, NULL));
+        while (recv(fd, answer, sizeof answer, MSG_DONTWAIT) > 0) ++n;
+        assert_int_equal(n, k == 0 ? 32 : 8);
+    }
+    assert_int_equal(om_dds_robot_report(s.robot).ntick, 2);
+    close(fd);
+    end(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(joint_limits), cmocka_unit_test(reader_gone),
-        cmocka_unit_test(sender_gone),  cmocka_unit_test(fault),
-        cmocka_unit_test(frames),       cmocka_unit_test(jaw),
-        cmocka_unit_test(jaw_on_tissue)};
+        cmocka_unit_test(joint_limits),  cmocka_unit_test(reader_gone),
+        cmocka_unit_test(sender_gone),   cmocka_unit_test(fault),
+        cmocka_unit_test(frames),        cmocka_unit_test(jaw),
+        cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
