@@ -1,5 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
-# PARTS 2
+# PARTS 3
 import json
 import os
 import pathlib
@@ -129,12 +129,22 @@ def test_no_robot():
         om.RobotWorld(SMALL, (DOMAIN + 50) % 232, wait=0.3)
 
 
-def test_files_of_a_robot_are_read(tmp_path):
-    """A frame of the file counts before those of the robot: the tip is seen where the file says."""
-    bad = tmp_path / "bad.json"
-    bad.write_text("{")
+def test_a_robot_is_where_its_file_says(robot, tmp_path):
+    """A frame of the file counts before that of the robot's tf_static."""
+    frame = '{"frames": [{"name": "PSM1_base", "position_mm": [30, -105, 145], "quaternion_xyzw": [0, 0, 0, 1], "points": 4, "rms_mm": 0, "max_mm": 0}]}'
+    (tmp_path / "frames.json").write_text(frame)
+    world = om.RobotWorld(SMALL, DOMAIN, stale=2, frames=tmp_path / "frames.json")
+    at = [world._c.contents.psm[arm].contents.pose_world_rcm for arm in range(2)]
+    assert at[0].p == pytest.approx([0.03, -0.105, 0.145]) and at[0].q == pytest.approx([0, 0, 0, 1])
+    assert abs(at[1].p[2] - 0.145) > 0.005 and abs(at[1].q[0]) > 0.1  # as the robot says
+    world.close()
+    with pytest.raises(om.Error, match="no.json"):
+        om.RobotWorld(SMALL, DOMAIN, instrument=tmp_path / "no.json")
+    with pytest.raises(om.Error, match="no_arm.json"):
+        om.RobotWorld(SMALL, DOMAIN, arm=tmp_path / "no_arm.json")
+    (tmp_path / "bad.json").write_text("{")
     with pytest.raises(om.Invalid, match="bad.json"):
-        om.RobotWorld(SMALL, DOMAIN, frames=bad)
+        om.RobotWorld(SMALL, DOMAIN, frames=tmp_path / "bad.json")
 
 
 def test_hashes_of_types():
