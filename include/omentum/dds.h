@@ -52,6 +52,9 @@ typedef struct OmDdsRobotDef {
     int udp_port;
     // Also send tools and the tissue's surface by OpenIGTLink on TCP, 127.0.0.1, for 3D Slicer; default 0: not
     int igtl_port;
+    // Record all that is published to this new file, MCAP as rosbag2 reads it (doc/dvrk.md); borrowed; default null
+    const char* record;
+    bool has_record_pictures;  // with images and clouds, about 40 MB/s; default false
     // error, warning and status as crtk_msgs/StringStamped, as JHU's simulators; default false: std_msgs/String
     bool has_stamped_strings;
     void (*say)(void* ctx, const char* sentence);  // events, in words; default null
@@ -71,6 +74,10 @@ OM_API void om_dds_robot_destroy(OmDdsRobot* robot);
 /// Serve until `seconds` of the world's time have passed, or progress cancels.
 /// @return OM_OK; OM_CANCELLED; OM_IO; errors of om_world_advance and om_world_observe
 OM_API OmStatus om_dds_robot_run(OmDdsRobot* robot, double seconds, const OmProgress* progress);
+
+/// End the recording: write what is left of it. om_dds_robot_destroy does so, too, and tells no error.
+/// @return OM_OK, also where nothing is recorded; OM_NO_MEMORY; OM_IO (the file lacks its last part)
+OM_API OmStatus om_dds_robot_end_record(OmDdsRobot* robot);
 
 typedef struct OmDdsReport {
     int64_t ntick;     // advances of the world

@@ -124,6 +124,52 @@ def test_slicers_stream(robot):
     assert pyigtl.PolyDataMessage(points=points, polygons=cells)._pack_content() == body
 
 
+def recording(tmp_path, *arguments):
+    program = os.environ.get("OMENTUM_PROGRAM")
+    if not program:
+        pytest.skip("needs the program: OMENTUM_PROGRAM")
+    file = tmp_path / "run.mcap"
+    return file, subprocess.Popen([program, "dvrk", SMALL, "--domain", str((DOMAIN + 17) % 200), "--record", file, *arguments], stdout=subprocess.DEVNULL)
+
+
+def read_recording(file):
+    """Topics with their counts; each message is, byte by byte, what rosbags serialises of the fields that it read."""
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    hashes = dict(re.findall(r"&(\w+?_msg_dds__\w+)__desc,\s*\"(RIHS01_[0-9a-f]{64})\"", (ROOT / "src/dds/dds_link.c").read_text(encoding="utf-8")))
+    with highlevel.AnyReader([file]) as reader:
+        for kind in {c.msgtype for c in reader.connections}:  # the schemas of the file
+            assert reader.typestore.hash_rihs01(kind) == hashes[kind.replace("/msg/", "_msg_dds__")], kind
+        for connection, stamp, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            assert bytes(reader.typestore.serialize_cdr(message, connection.msgtype)) == bytes(raw), connection.topic
+            if hasattr(message, "header"):
+                assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == stamp
+        return {c.topic: c.msgcount for c in reader.connections}
+
+
+def test_a_recording_is_read_by_rosbags(tmp_path):
+    pytest.importorskip("rosbags")
+    file, process = recording(tmp_path, "--time", "0.6", "--rate", "50", "--record-pictures")
+    assert process.wait(30) == 0
+    count = read_recording(file)
+    assert count["/PSM1/measured_cp"] == count["/PSM2/jaw/measured_js"] == count["/tf"] == count["/clock"] == 30
+    assert count["/tf_static"] == count["/ECM/operating_state"] == 1
+    assert count["/endoscope/image_raw"] == count["/depth/points"] > 0
+
+
+def test_a_recording_outlives_kill_9(tmp_path):
+    """What a killed program leaves is read by an unchanged reader: all whole chunks, of a second each."""
+    pytest.importorskip("rosbags")
+    file, process = recording(tmp_path, "--time", "60", "--rate", "50")
+    end = time.time() + 30
+    while time.time() < end and not (file.exists() and file.stat().st_size > 200000):
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    count = read_recording(file)
+    assert count["/PSM1/measured_js"] >= 25 and "/depth/points" not in count
+
+
 def test_no_robot():
     with pytest.raises(om.Unavailable, match="PSM1/measured_cp.*rmw_zenoh"):
         om.RobotWorld(SMALL, (DOMAIN + 50) % 232, wait=0.3)

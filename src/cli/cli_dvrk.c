@@ -16,6 +16,8 @@ static const OmCliOption option[] = {
      65535},
     {"--igtl", NULL, "PORT", "tools and tissue by OpenIGTLink, too, for 3D Slicer on this machine",
      "none", NULL, 1, 65535},
+    {"--record", NULL, "FILE", "all messages to a new file, MCAP as rosbag2 reads it", "none"},
+    {"--record-pictures", NULL, NULL, "with pictures and clouds, about 40 MB a second"},
     {"--stamped-strings", NULL, NULL,
      "error, warning and status are crtk_msgs/StringStamped, as in JHU's simulators"},
     OM_CLI_OPTION_DATA,
@@ -97,6 +99,8 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OM_TRY_DONE(om_cli_int(args, "--udp", &def.udp_port));
     OM_TRY_DONE(om_cli_int(args, "--igtl", &def.igtl_port));
     def.has_stamped_strings = om_cli_get(args, "--stamped-strings") != NULL;
+    def.record = om_cli_get(args, "--record");
+    def.has_record_pictures = om_cli_get(args, "--record-pictures") != NULL;
     if (!s->is_quiet) def.say = say;
     OM_TRY_DONE(om_dds_robot_create(&def, &robot));
     printf("%s, layout %d: PSM1%s on domain %d; Ctrl-C ends the program\n", s->scene.name,
@@ -104,6 +108,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     fflush(stdout);
     status = om_dds_robot_run(robot, seconds, progress);
     if (status >= 0 || status == OM_CANCELLED) print_report(robot, def.rate);
+    if (status >= 0 || status == OM_CANCELLED) OM_TRY_DONE(om_dds_robot_end_record(robot));
 done:
     om_dds_robot_destroy(robot);
     om_world_destroy(world);

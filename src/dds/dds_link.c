@@ -10,12 +10,16 @@
 // packets of 8 kB overflows the receive buffer of a socket.
 #include "dds/dds_link.h"
 
+#define asm __asm__  // ddsrt uses the name that C17 does not have
 #include <dds/dds.h>
+#include <dds/ddsi/ddsi_cdrstream.h>
+#undef asm
 #include <dds_types.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/base_grow.h"
+#include "dds/dds_mcap.h"
 
 #define COOKIE 0xdd5001u
 #define MAX_SEQUENCE 65536
@@ -70,6 +74,7 @@ typedef struct Endpoint {
     LinkType type;
     bool is_reader;
     dds_entity_t entity, topic;
+    int channel;          // of the recording; -1: not recorded
     unsigned char* data;  // of the last picture taken
     size_t capacity;
 } Endpoint;
@@ -78,6 +83,8 @@ struct Link {
     dds_entity_t domain, participant, waitset;  // domain 0: another link of this process has it
     Endpoint* end;
     int nend, capacity;
+    Mcap* mcap;  // null: no recording
+    bool records_pictures;
 };
 
 // ---- conversions ------------------------------------------------------------------------------------------------
@@ -570,7 +577,7 @@ OmStatus om__link_add(Link* link, unsigned flags, LinkType type, const char* nam
                       int* id) {
     *id = -1;
     OM_GROW(link->end, link->nend, link->capacity, 32);
-    Endpoint e = {.type = type, .is_reader = flags & LINK_IN};
+    Endpoint e = {.type = type, .is_reader = flags & LINK_IN, .channel = -1};
     char topic[130];
     snprintf(e.name, sizeof e.name, "%s", name);
     snprintf(topic, sizeof topic, "rt/%s", name);
@@ -587,9 +594,20 @@ OmStatus om__link_add(Link* link, unsigned flags, LinkType type, const char* nam
         const dds_return_t code = dds_waitset_attach(link->waitset, e.entity, e.entity);
         if (code < 0) return fail(topic, code);
     }
+    const bool is_picture = type == LINK_IMAGE || type == LINK_CLOUD;
+    if (link->mcap && !e.is_reader && (link->records_pictures || !is_picture)) {
+        const McapTopic of = {name, type, depth, flags & LINK_LATCHED, type_table[type].hash};
+        OM_TRY(om__mcap_add(link->mcap, &of, &e.channel));
+    }
     *id = link->nend;
     link->end[link->nend++] = e;
     return OM_OK;
+}
+
+void om__link_record(Link* link, Mcap* mcap, bool has_pictures) {
+    link->mcap = mcap;
+    link->records_pictures = has_pictures;
+    for (int i = 0; i < link->nend && !mcap; ++i) link->end[i].channel = -1;
 }
 
 const char* om__link_name(const Link* link, int id) { return link->end[id].name; }
@@ -602,13 +620,36 @@ int om__link_count(const Link* link, int id) {
     return n > 0 ? (int)n : 0;
 }
 
+bool om__link_is_wanted(const Link* link, int id) {
+    return link->end[id].channel >= 0 || om__link_count(link, id) > 0;
+}
+
 // ---- messages ---------------------------------------------------------------------------------------------------
+
+// The bytes that the wire has: little endian, XCDR 1, behind four bytes that say so.
+static OmStatus record(const Link* link, const Endpoint* e, double time, const Packed* packed) {
+    static const unsigned char little_endian[4] = {0, 1, 0, 0};
+    dds_ostreamLE_t out;
+    dds_ostreamLE_init(&out, 0, CDR_ENC_VERSION_1);
+    OmText cdr = {0};
+    OmStatus status = OM_OK;
+    if (!dds_stream_writeLE(&out, (const char*)packed, type_table[e->type].desc->m_ops))
+        status = om_error(OM_IO, "Cyclone DDS cannot serialise a message of %s", e->name);
+    if (status == OM_OK) status = om_text_append_raw(&cdr, (const char*)little_endian, 4);
+    if (status == OM_OK)
+        status = om_text_append_raw(&cdr, (const char*)out.x.m_buffer, out.x.m_index);
+    if (status == OM_OK) status = om__mcap_write(link->mcap, e->channel, time, cdr.str, cdr.len);
+    dds_ostreamLE_fini(&out);
+    om_text_done(&cdr);
+    return status;
+}
 
 OmStatus om__link_write(Link* link, int id, const LinkMessage* message) {
     const Endpoint* e = &link->end[id];
     Scratch scratch;
     Packed packed;
     type_table[e->type].pack(message, &scratch, &packed);
+    if (e->channel >= 0) OM_TRY(record(link, e, message->time, &packed));
     const dds_return_t code = dds_write(e->entity, &packed);
     return code < 0 ? fail(e->name, code) : OM_OK;
 }

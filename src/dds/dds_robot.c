@@ -17,6 +17,7 @@
 
 #include "dds/dds_arm.h"
 #include "dds/dds_igtl.h"
+#include "dds/dds_mcap.h"
 #include "dds/dds_udp.h"
 #include "omentum/base_job.h"
 
@@ -52,6 +53,7 @@ typedef struct Eye {  // a camera with its topics
 struct OmDdsRobot {
     OmDdsRobotDef def;
     Link* link;
+    Mcap* mcap;      // null: no recording
     Udp* udp;        // null: not served
     OmText reply;    // to the last datagram
     Stream* igtl;    // null: not served
@@ -211,9 +213,9 @@ static OmStatus add_all(OmDdsRobot* r) {
 
 // ---- messages to others -------------------------------------------------------------------------------------------
 
-// Only where somebody listens.
+// Only where somebody listens, or the recording does.
 static OmStatus send(OmDdsRobot* r, int id, const LinkMessage* m) {
-    return om__link_count(r->link, id) > 0 ? om__link_write(r->link, id, m) : OM_OK;
+    return om__link_is_wanted(r->link, id) ? om__link_write(r->link, id, m) : OM_OK;
 }
 
 static LinkMessage message_in(const OmDdsRobot* r, const char* frame) {
@@ -461,7 +463,7 @@ static OmStatus take_pictures(OmDdsRobot* r, OmWorld* world, unsigned what) {
     if (color->pixel)
         OM_TRY(send_image(r, &r->endoscope, color->width, color->height,
                           color->nchannel == 3 ? "rgb8" : "mono8", color->nchannel, color->pixel));
-    if (depth->depth && om__link_count(r->link, r->depth.image) > 0)
+    if (depth->depth && om__link_is_wanted(r->link, r->depth.image))
         OM_TRY(send_image(r, &r->depth, depth->camera.width, depth->camera.height, "32FC1", 4,
                           depth->depth));
     if (depth->depth) OM_TRY(send_cloud(r, depth));
@@ -510,9 +512,9 @@ static OmStatus begin_look(OmDdsRobot* r, unsigned what) {
 // What the readers of pictures want.
 static unsigned wanted_pictures(const OmDdsRobot* r) {
     unsigned what = 0;
-    if (om__link_count(r->link, r->endoscope.image) > 0) what |= OM_OBSERVE_IMAGE;
-    if (om__link_count(r->link, r->depth.image) > 0) what |= OM_OBSERVE_DEPTH;
-    if (om__link_count(r->link, r->depth.cloud) > 0) what |= OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    if (om__link_is_wanted(r->link, r->endoscope.image)) what |= OM_OBSERVE_IMAGE;
+    if (om__link_is_wanted(r->link, r->depth.image)) what |= OM_OBSERVE_DEPTH;
+    if (om__link_is_wanted(r->link, r->depth.cloud)) what |= OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
     return what;
 }
 
@@ -884,6 +886,8 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "OmDdsRobotDef was not made by default_def");
     OM_CHECK(def->world && def->scene && def->site, OM_INVALID,
              "OmDdsRobotDef: world, scene or site is null");
+    OM_CHECK(def->record || !def->has_record_pictures, OM_INVALID,
+             "OmDdsRobotDef.has_record_pictures needs a file to record to");
     OM_CHECK(def->rate >= 1 && def->rate <= 1000, OM_INVALID,
              "OmDdsRobotDef.rate is %g Hz; 1 to 1000", def->rate);
     OM_CHECK(def->udp_port >= 0 && def->udp_port <= 65535, OM_INVALID,
@@ -933,6 +937,8 @@ static OmStatus begin(OmDdsRobot* r) {
     }
     if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
+    if (r->def.record) OM_TRY(om__mcap_open(r->def.record, &r->mcap));
+    om__link_record(r->link, r->mcap, r->def.has_record_pictures);
     OM_TRY(add_all(r));
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
@@ -956,9 +962,19 @@ OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot) {
     return status < 0 ? status : OM_OK;
 }
 
+OmStatus om_dds_robot_end_record(OmDdsRobot* robot) {
+    const OmStatus status = end_look(robot);
+    Mcap* mcap = robot->mcap;
+    robot->mcap = NULL;
+    om__link_record(robot->link, NULL, false);
+    const OmStatus closed = om__mcap_close(mcap);
+    return status < 0 ? status : closed;
+}
+
 void om_dds_robot_destroy(OmDdsRobot* robot) {
     if (!robot) return;
     om_job_join(robot->job);
+    om__mcap_close(robot->mcap);
     om__link_destroy(robot->link);
     om__udp_close(robot->udp);
     om__stream_close(robot->igtl);

@@ -17,6 +17,18 @@ exit 0
 out "time_s": 0\.1
 err PSM1 and PSM2 on domain 91
 
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record-pictures
+exit 3
+err needs a file to record to
+
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record run.mcap
+exit 0
+file run.mcap
+
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record run.mcap
+exit 3
+err a recording needs a new file
+
 $ omentum retract small.yaml --world mars -o out
 exit 3
 err it is simulated or dds
