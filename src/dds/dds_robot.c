@@ -16,6 +16,7 @@
 #include <time.h>
 
 #include "dds/dds_arm.h"
+#include "dds/dds_cloud.h"
 #include "dds/dds_igtl.h"
 #include "dds/dds_mcap.h"
 #include "dds/dds_udp.h"
@@ -67,8 +68,7 @@ struct OmDdsRobot {
     int narm, nend;
     Eye endoscope, depth;
     int clock, tf, tf_static, tick_in, tick_out;
-    float* slope;          // of the depth camera's rays: x / z and y / z  (npixel x 2)
-    unsigned char* bytes;  // of a cloud
+    Cloud points;  // of the depth camera
     OmObservation obs;
     OmObservation seen;   // with pictures
     OmJob* job;           // null: no picture is under way
@@ -384,57 +384,15 @@ static OmStatus publish_static(OmDdsRobot* r) {
 
 // ---- pictures -----------------------------------------------------------------------------------------------------
 
-enum { POINT = 16 };  // bytes: x, y, z, rgb
-
-// x / z and y / z of the ray of each pixel.
-static OmStatus make_slopes(OmDdsRobot* r) {
-    const OmCamera* c = &r->depth.camera;
-    const OmQuat back = om_quat_conj(c->pose_world_camera.q);
-    const size_t n = (size_t)c->width * (size_t)c->height;
-    OM_ALLOC(r->slope, 2 * n);
-    OM_ALLOC(r->bytes, POINT * n);
-    for (int row = 0, i = 0; row < c->height; ++row)
-        for (int column = 0; column < c->width; ++column, ++i) {
-            const OmVec3 ray = om_quat_rotate(back, om_camera_ray(c, column + 0.5, row + 0.5));
-            r->slope[2 * i] = (float)(ray.z > 0 ? ray.x / ray.z : 0);
-            r->slope[2 * i + 1] = (float)(ray.z > 0 ? ray.y / ray.z : 0);
-        }
-    return OM_OK;
-}
-
-static uint32_t color_of(const OmPicture* color, int i) {
-    const unsigned char* c = color->pixel + (size_t)color->nchannel * (size_t)i;
-    return color->nchannel == 3 ? (uint32_t)c[0] << 16 | (uint32_t)c[1] << 8 | c[2]
-                                : 0x10101u * c[0];
-}
-
 static LinkMessage picture_message(const OmDdsRobot* r, const char* frame) {
     LinkMessage m = {.time = r->stamp_origin + r->seen.time};
     snprintf(m.frame, sizeof m.frame, "%s", frame);
     return m;
 }
 
-// A point for each pixel, in rows; NaN where there is no depth. z is the depth to the last bit.
 static OmStatus send_cloud(OmDdsRobot* r, const OmDepthPicture* p) {
-    const int n = p->camera.width * p->camera.height;
-    for (int i = 0; i < n; ++i) {
-        const float z = p->depth[i] > 0 && isfinite(p->depth[i]) ? p->depth[i] : NAN;
-        const float xyz[3] = {z * r->slope[2 * i], z * r->slope[2 * i + 1], z};
-        const uint32_t rgb = p->color.pixel ? color_of(&p->color, i) : 0;
-        memcpy(r->bytes + POINT * (size_t)i, xyz, sizeof xyz);
-        memcpy(r->bytes + POINT * (size_t)i + 12, &rgb, sizeof rgb);
-    }
     LinkMessage m = picture_message(r, r->depth.frame);
-    m.picture = (LinkPicture){.width = p->camera.width,
-                              .height = p->camera.height,
-                              .point_step = POINT,
-                              .step = POINT * p->camera.width,
-                              .x = 0,
-                              .y = 4,
-                              .z = 8,
-                              .rgb = p->color.pixel ? 12 : -1,
-                              .data = r->bytes,
-                              .size = POINT * (size_t)n};
+    m.picture = om__cloud_pack(&r->points, p);
     return om__link_write(r->link, r->depth.cloud, &m);
 }
 
@@ -922,7 +880,7 @@ static OmStatus begin(OmDdsRobot* r) {
     r->depth.camera = r->obs.rgbd.camera;
     r->narm = om_world_narm(r->def.world);
     for (int a = 0; a < r->narm; ++a) OM_TRY(begin_hand(r, a));
-    OM_TRY(make_slopes(r));
+    OM_TRY(om__cloud_init(&r->depth.camera, &r->points));
     if (r->def.eyes) {
         const size_t size = om_world_state_size(r->def.world);
         OM_CHECK(size > 0 && om_world_state_size(r->def.eyes) == size, OM_INVALID,
@@ -985,8 +943,7 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om_observation_done(&robot->obs);
     om_observation_done(&robot->seen);
     om_free(robot->snapshot);
-    om_free(robot->slope);
-    om_free(robot->bytes);
+    om__cloud_done(&robot->points);
     om_free(robot);
 }
 
