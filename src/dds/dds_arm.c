@@ -122,6 +122,14 @@ static double angle_between(OmQuat a, OmQuat b) {
     return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
 }
 
+OmVec3 om__arm_turn(OmQuat from, OmQuat to) {
+    const OmQuat d = om_quat_mul(to, om_quat_conj(from));
+    const double s = sqrt(d.x * d.x + d.y * d.y + d.z * d.z), sign = d.w < 0 ? -1 : 1;
+    // angle / sin(angle / 2): 2 where both vanish
+    const double k = s > 1e-12 ? 2 * atan2(s, fabs(d.w)) / s : 2;
+    return om_scale(sign * k, om_vec3(d.x, d.y, d.z));
+}
+
 OmStatus om__arm_servo_cp(Arm* arm, double time, OmPose goal) {
     double q[OM_PSM_NJOINT];
     OM_TRY(check_ready(arm));
@@ -196,6 +204,18 @@ OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints) {
     OM_CHECK(joints->nposition == 1, OM_INVALID, "%d positions; a jaw has one", joints->nposition);
     OM_CHECK(isfinite(joints->position[0]), OM_INVALID, "the jaw's angle is not finite");
     arm->jaw_goal = fmax(arm->psm.jaw_min, fmin(arm->psm.jaw_max, joints->position[0]));
+    return OM_OK;
+}
+
+OmStatus om__arm_jaw_effort(Arm* arm, const LinkJoints* joints) {
+    OM_TRY(check_ready(arm));
+    OM_CHECK(joints->neffort == 1, OM_INVALID, "%d efforts; a jaw has one", joints->neffort);
+    const double effort = joints->effort[0];
+    OM_CHECK(isfinite(effort), OM_INVALID, "the jaw's effort is not finite");
+    if (effort == 0)
+        arm->jaw_goal = arm->jaw_stop;
+    else
+        arm->jaw_goal = effort < 0 ? arm->psm.jaw_min : arm->psm.jaw_max;
     return OM_OK;
 }
 

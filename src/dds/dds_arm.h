@@ -50,12 +50,16 @@ OmStatus om__arm_servo_jp(Arm* arm, double time, const LinkJoints* joints);
 OmStatus om__arm_move_cp(Arm* arm, double time, OmPose goal);
 OmStatus om__arm_move_jp(Arm* arm, double time, const LinkJoints* joints);
 OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints);
+// By the sign of the effort alone: below 0 the jaw closes, above 0 it opens, at 0 it stays. @return OM_INVALID
+OmStatus om__arm_jaw_effort(Arm* arm, const LinkJoints* joints);
 // Stop the arm and the jaw.
 void om__arm_hold(Arm* arm);
 // The share of the speed of moves to come. @return OM_INVALID: not above 0, or above 1
 OmStatus om__arm_set_ratio(Arm* arm, double ratio);
 // Advance the setpoint. @return whether it is another one
 bool om__arm_step(Arm* arm, double time, double dt);
+// The rotation from one orientation to another, as axis times angle (rad, at most pi), in their common frame.
+OmVec3 om__arm_turn(OmQuat from, OmQuat to);
 // Names of the joints, as the dVRK has them.
 const char* om__arm_joint_name(int joint);
 

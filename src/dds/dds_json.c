@@ -174,3 +174,25 @@ OmStatus om__udp_parse(const char* data, size_t size, UdpCommand* command) {
     if (status == OM_OK) *command = read;
     return status;
 }
+
+// ---- answers ------------------------------------------------------------------------------------------------------
+
+static void add_pose(OmJson* json, const char* key, OmPose p) {
+    const double x[7] = {p.p.x, p.p.y, p.p.z, p.q.x, p.q.y, p.q.z, p.q.w};
+    om_json_numbers(json, key, x, 7);
+}
+
+void om__udp_print_arm(OmJson* json, const char* name, const Arm* arm,
+                       const OmArmObservation* seen) {
+    const double force[3] = {seen->force.x, seen->force.y, seen->force.z};
+    om_json_open(json, name, '{');
+    om_json_string(json, "state", om__arm_mode_name(arm->mode));
+    om_json_bool(json, "is_homed", arm->is_homed);
+    om_json_bool(json, "is_busy", arm->motion == ARM_MOVE);
+    add_pose(json, "measured_cp", seen->tip);
+    add_pose(json, "setpoint_cp", arm->setpoint);
+    om_json_numbers(json, "measured_js", seen->q, OM_PSM_NJOINT);
+    om_json_number(json, "jaw", seen->jaw);
+    if (seen->has_wrench) om_json_numbers(json, "force", force, 3);
+    om_json_close(json, '}');
+}

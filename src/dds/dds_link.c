@@ -28,10 +28,12 @@ typedef builtin_interfaces_msg_dds__Time_ Time;
 typedef std_msgs_msg_dds__Header_ Header;
 typedef sensor_msgs_msg_dds__JointState_ JointState;
 typedef geometry_msgs_msg_dds__PoseStamped_ PoseStamped;
+typedef geometry_msgs_msg_dds__TwistStamped_ TwistStamped;
 typedef geometry_msgs_msg_dds__WrenchStamped_ WrenchStamped;
 typedef std_msgs_msg_dds__String_ String;
 typedef std_msgs_msg_dds__Empty_ Empty;
 typedef std_msgs_msg_dds__Float64_ Float64;
+typedef std_msgs_msg_dds__Bool_ Bool;
 typedef crtk_msgs_msg_dds__StringStamped_ StringStamped;
 typedef crtk_msgs_msg_dds__OperatingState_ OperatingState;
 typedef rosgraph_msgs_msg_dds__Clock_ Clock;
@@ -47,10 +49,12 @@ typedef omentum_msgs_msg_dds__Tock_ Tock;
 typedef union Packed {
     JointState joints;
     PoseStamped pose;
+    TwistStamped twist;
     WrenchStamped wrench;
     String string;
     Empty empty;
     Float64 number;
+    Bool is_on;
     StringStamped stamped;
     OperatingState state;
     Clock clock;
@@ -163,6 +167,20 @@ static void unpack_pose(const Packed* p, LinkMessage* m) {
                          .z = from->orientation.z};
 }
 
+static void pack_twist(const LinkMessage* m, Scratch* s, Packed* p) {
+    const OmVec3 v = m->twist.linear, w = m->twist.angular;
+    (void)s;
+    p->twist = (TwistStamped){.header = header_of(m),
+                              .twist = {.linear = {v.x, v.y, v.z}, .angular = {w.x, w.y, w.z}}};
+}
+
+static void unpack_twist(const Packed* p, LinkMessage* m) {
+    const geometry_msgs_msg_dds__Twist_* t = &p->twist.twist;
+    unpack_header(&p->twist.header, m);
+    m->twist.linear = om_vec3(t->linear.x, t->linear.y, t->linear.z);
+    m->twist.angular = om_vec3(t->angular.x, t->angular.y, t->angular.z);
+}
+
 static void pack_wrench(const LinkMessage* m, Scratch* s, Packed* p) {
     const OmVec3 f = m->wrench.force, t = m->wrench.torque;
     (void)s;
@@ -199,6 +217,13 @@ static void pack_number(const LinkMessage* m, Scratch* s, Packed* p) {
 }
 
 static void unpack_number(const Packed* p, LinkMessage* m) { m->number = p->number.data; }
+
+static void pack_bool(const LinkMessage* m, Scratch* s, Packed* p) {
+    (void)s;
+    p->is_on = (Bool){.data = m->is_on};
+}
+
+static void unpack_bool(const Packed* p, LinkMessage* m) { m->is_on = p->is_on.data; }
 
 static void pack_stamped(const LinkMessage* m, Scratch* s, Packed* p) {
     (void)s;
@@ -415,6 +440,9 @@ static const Type type_table[LINK_NTYPE] = {
     [LINK_POSE] = {&geometry_msgs_msg_dds__PoseStamped__desc,
                    "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
                    pack_pose, unpack_pose},
+    [LINK_TWIST] = {&geometry_msgs_msg_dds__TwistStamped__desc,
+                    "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
+                    pack_twist, unpack_twist},
     [LINK_WRENCH] = {&geometry_msgs_msg_dds__WrenchStamped__desc,
                      "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77",
                      pack_wrench, unpack_wrench},
@@ -427,6 +455,9 @@ static const Type type_table[LINK_NTYPE] = {
     [LINK_NUMBER] = {&std_msgs_msg_dds__Float64__desc,
                      "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
                      pack_number, unpack_number},
+    [LINK_BOOL] = {&std_msgs_msg_dds__Bool__desc,
+                   "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
+                   pack_bool, unpack_bool},
     [LINK_STAMPED] = {&crtk_msgs_msg_dds__StringStamped__desc,
                       "RIHS01_83efb802e6596e03f69ac322e3231037329946f2bd13ed48874d97f5b8f5db1d",
                       pack_stamped, unpack_stamped},

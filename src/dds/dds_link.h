@@ -12,10 +12,12 @@
 typedef enum LinkType {
     LINK_JOINTS,   // sensor_msgs/JointState
     LINK_POSE,     // geometry_msgs/PoseStamped
+    LINK_TWIST,    // geometry_msgs/TwistStamped
     LINK_WRENCH,   // geometry_msgs/WrenchStamped
     LINK_STRING,   // std_msgs/String
     LINK_EMPTY,    // std_msgs/Empty
     LINK_NUMBER,   // std_msgs/Float64
+    LINK_BOOL,     // std_msgs/Bool
     LINK_STAMPED,  // crtk_msgs/StringStamped
     LINK_STATE,    // crtk_msgs/OperatingState
     LINK_CLOCK,    // rosgraph_msgs/Clock
@@ -65,10 +67,14 @@ typedef struct LinkMessage {
         LinkJoints joints;
         OmPose pose;
         struct {
+            OmVec3 linear, angular;  // m/s, rad/s
+        } twist;
+        struct {
             OmVec3 force, torque;
         } wrench;
         char text[256];
         double number;
+        bool is_on;
         struct {
             char name[32];
             bool is_homed, is_busy;

@@ -83,6 +83,10 @@ static const struct {
                        "geometry_msgs/Pose",
                        "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n")
                        MSG("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n") TURN},
+    [LINK_TWIST] = {"geometry_msgs/msg/TwistStamped",
+                    "std_msgs/Header header\ngeometry_msgs/Twist twist\n" HEAD MSG(
+                        "geometry_msgs/Twist",
+                        "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n") VECTOR},
     [LINK_WRENCH] = {"geometry_msgs/msg/WrenchStamped",
                      "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n" HEAD MSG(
                          "geometry_msgs/Wrench",

@@ -19,6 +19,7 @@
 #include "dds/dds_cloud.h"
 #include "dds/dds_igtl.h"
 #include "dds/dds_mcap.h"
+#include "dds/dds_period.h"
 #include "dds/dds_udp.h"
 #include "omentum/base_job.h"
 
@@ -26,21 +27,31 @@
 #define LOOK_NICE 10      // of the thread that renders
 #define SILENCE 5.0       // s without a reader after which the robot says so
 #define BEAT 0.1          // s between two messages while a lock-step stands still
-#define NBIN 2000         // of the histogram of periods
-#define BIN 1e-4          // s
 #define FAST 1e3          // m/s: the world reaches the setpoint within the step
 #define UDP_MOST 32       // datagrams of a tick; others wait
 #define UDP_PATIENCE 1.0  // s without a datagram after which the move of its sender stops
 #define WORLD "world"     // the frame of all poses but the local ones
 
+// Of the whole system: a simulated robot has no power, and each arm is homed by its own state_command.
+enum { POWER_ON, POWER_OFF, HOME, NSYSTEM };
+static const struct {
+    const char *name, *answer;
+} system_topic[NSYSTEM] = {
+    {"system/power_on", "power_on: nothing is done; send home to each arm"},
+    {"system/power_off", "power_off: the arms stop, and keep their states"},
+    {"system/home", "home: nothing is done; send home to each arm"},
+};
+
 typedef struct Hand {  // an arm with its topics
     Arm core;
     char name[16];
     int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, ratio, jaw_servo, jaw_move;
+    int jaw_effort, tool_present, measured_cv;
     int measured_js, setpoint_js, measured_cp, setpoint_cp, local_measured, local_setpoint;
     int jaw_measured, jaw_setpoint, body_cf, spatial_cf;
     int state, error, warning, status, tool_type;
     double last_q[OM_PSM_NJOINT];
+    OmPose last_tip;
     bool has_last, was_busy;
     int mover;  // om__udp_sender of the last move by UDP
 } Hand;
@@ -68,7 +79,8 @@ struct OmDdsRobot {
     int narm, nend;
     Eye endoscope, depth;
     int clock, tf, tf_static, tick_in, tick_out;
-    Cloud points;  // of the depth camera
+    int system[NSYSTEM], status;  // of the whole system
+    Cloud points;                 // of the depth camera
     OmObservation obs;
     OmObservation seen;   // with pictures
     OmJob* job;           // null: no picture is under way
@@ -81,11 +93,10 @@ struct OmDdsRobot {
     uint32_t client, ntaken;
     LinkMessage tick;  // that waits for its commands
     bool has_tick, has_readers, has_said_silent;
-    double begun;      // s of the wall clock
-    double last_sent;  //
-    double render;     // s, all pictures
+    double begun;   // s of the wall clock
+    double render;  // s, all pictures
     OmDdsReport report;
-    int bin[NBIN];
+    Periods periods;  // of the arms' messages
 };
 
 OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* scene, const OmSite* site) {
@@ -135,10 +146,13 @@ static const Topic hand_topic[] = {
     IN(ratio, LINK_NUMBER, "trajectory_j/set_ratio"),
     IN(jaw_servo, LINK_JOINTS, "jaw/servo_jp"),
     IN(jaw_move, LINK_JOINTS, "jaw/move_jp"),
+    IN(jaw_effort, LINK_JOINTS, "jaw/servo_jf"),
+    IN(tool_present, LINK_BOOL, "emulate_tool_present"),
     OUT(measured_js, LINK_JOINTS, "measured_js"),
     OUT(setpoint_js, LINK_JOINTS, "setpoint_js"),
     OUT(measured_cp, LINK_POSE, "measured_cp"),
     OUT(setpoint_cp, LINK_POSE, "setpoint_cp"),
+    OUT(measured_cv, LINK_TWIST, "measured_cv"),
     OUT(local_measured, LINK_POSE, "local/measured_cp"),
     OUT(local_setpoint, LINK_POSE, "local/setpoint_cp"),
     OUT(jaw_measured, LINK_JOINTS, "jaw/measured_js"),
@@ -205,6 +219,10 @@ static OmStatus add_all(OmDdsRobot* r) {
     OM_TRY(om__link_add(r->link, LINK_OUT, LINK_CLOCK, "clock", 1, &r->clock));
     OM_TRY(om__link_add(r->link, LINK_OUT, LINK_TF, "tf", 10, &r->tf));
     OM_TRY(om__link_add(r->link, LINK_OUT | LINK_LATCHED, LINK_TF, "tf_static", 1, &r->tf_static));
+    const LinkType words = r->def.has_stamped_strings ? LINK_STAMPED : LINK_STRING;
+    OM_TRY(om__link_add(r->link, LINK_OUT, words, "system/status", 5, &r->status));
+    for (int k = 0; k < NSYSTEM; ++k)
+        OM_TRY(om__link_add(r->link, LINK_IN, LINK_EMPTY, system_topic[k].name, 1, &r->system[k]));
     r->tick_in = r->tick_out = -1;
     if (!r->def.is_lock_step) return OM_OK;
     OM_TRY(om__link_add(r->link, LINK_OUT, LINK_TOCK, "omentum/tock", 10, &r->tick_out));
@@ -292,6 +310,17 @@ static OmStatus send_forces(OmDdsRobot* r, Hand* hand, const OmArmObservation* o
     return send(r, hand->body_cf, &m);
 }
 
+// Between the last two measured poses, in the frame of measured_cp.
+static OmStatus send_speed(OmDdsRobot* r, Hand* hand, OmPose tip, double dt) {
+    LinkMessage m = message_in(r, WORLD);
+    if (hand->has_last && dt > 0) {
+        m.twist.linear = om_scale(1 / dt, om_sub(tip.p, hand->last_tip.p));
+        m.twist.angular = om_scale(1 / dt, om__arm_turn(hand->last_tip.q, tip.q));
+    }
+    hand->last_tip = tip;
+    return send(r, hand->measured_cv, &m);
+}
+
 static OmStatus send_joints(OmDdsRobot* r, Hand* hand, const OmArmObservation* o, double dt) {
     double speed[OM_PSM_NJOINT] = {0};
     for (int i = 0; hand->has_last && dt > 0 && i < OM_PSM_NJOINT; ++i)
@@ -315,6 +344,7 @@ static OmStatus publish_arm(OmDdsRobot* r, int a, double dt) {
     char base[32];
     snprintf(base, sizeof base, "%s_base", hand->name);
     OM_TRY(send_forces(r, hand, o));
+    OM_TRY(send_speed(r, hand, o->tip, dt));
     OM_TRY(send_joints(r, hand, o, dt));
     OM_TRY(send_pose(r, hand->measured_cp, WORLD, o->tip));
     OM_TRY(send_pose(r, hand->setpoint_cp, WORLD, hand->core.setpoint));
@@ -327,17 +357,6 @@ static void add_frame(LinkMessage* m, const char* child, OmPose pose_world_child
     snprintf(f->parent, sizeof f->parent, "%s", WORLD);
     snprintf(f->child, sizeof f->child, "%s", child);
     f->pose = pose_world_child;
-}
-
-static void count_period(OmDdsRobot* r) {
-    const double now = om_clock_now(), period = now - r->last_sent;
-    if (r->last_sent > 0) {
-        const double bin = period / BIN;
-        ++r->bin[bin < NBIN - 1 ? (int)bin : NBIN - 1];
-        r->report.nlate += period > 1.5 / r->def.rate;
-        r->report.period_max = fmax(r->report.period_max, period);
-    }
-    r->last_sent = now;
 }
 
 static OmStatus publish_arms(OmDdsRobot* r, double dt) {
@@ -542,6 +561,18 @@ static OmStatus obey_move_cp(Arm* arm, double time, const LinkMessage* m) {
     return om__arm_move_cp(arm, time, m->pose);
 }
 
+// Forces of a jaw are not simulated: the first command of each direction says so.
+static OmStatus obey_jaw_effort(OmDdsRobot* r, Hand* hand, const LinkJoints* joints) {
+    const double before = hand->core.jaw_goal;
+    if (om__arm_jaw_effort(&hand->core, joints) < 0) return refuse(r, hand, hand->jaw_effort);
+    const double effort = joints->effort[0];
+    if (hand->core.jaw_goal == before) return OM_OK;
+    if (effort == 0) return send_words(r, hand->status, "jaw/servo_jf: the jaw stays where it is");
+    return send_words(r, hand->status,
+                      effort < 0 ? "jaw/servo_jf: the jaw closes; its force is not simulated"
+                                 : "jaw/servo_jf: the jaw opens; its force is not simulated");
+}
+
 static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
     Arm* arm = &hand->core;
     const double time = r->obs.time;
@@ -562,6 +593,10 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
         OM_TRY(refuse(r, hand, hand->jaw_servo));
     if (take_last(r, hand->jaw_move, &m) && om__arm_jaw(arm, &m.joints) < 0)
         OM_TRY(refuse(r, hand, hand->jaw_move));
+    if (take_last(r, hand->jaw_effort, &m)) OM_TRY(obey_jaw_effort(r, hand, &m.joints));
+    if (take_last(r, hand->tool_present, &m))
+        OM_TRY(send_words(r, hand->status,
+                          "emulate_tool_present: nothing is done; the tool is always there"));
     return OM_OK;
 }
 
@@ -614,11 +649,6 @@ static OmStatus obey_datagram(OmDdsRobot* r, const char* data, size_t size) {
     }
 }
 
-static void add_pose(OmJson* json, const char* key, OmPose p) {
-    const double x[7] = {p.p.x, p.p.y, p.p.z, p.q.x, p.q.y, p.q.z, p.q.w};
-    om_json_numbers(json, key, x, 7);
-}
-
 // The state of all arms, and why a command was refused.
 static OmStatus print_reply(OmDdsRobot* r, const char* refused) {
     r->reply.len = 0;
@@ -626,21 +656,8 @@ static OmStatus print_reply(OmDdsRobot* r, const char* refused) {
     om_json_open(&json, NULL, '{');
     om_json_number(&json, "time", r->obs.time);
     om_json_string(&json, "refused", refused);
-    for (int a = 0; a < r->narm; ++a) {
-        const Hand* hand = &r->hand[a];
-        const OmArmObservation* o = &r->obs.arm[a];
-        const double force[3] = {o->force.x, o->force.y, o->force.z};
-        om_json_open(&json, hand->name, '{');
-        om_json_string(&json, "state", om__arm_mode_name(hand->core.mode));
-        om_json_bool(&json, "is_homed", hand->core.is_homed);
-        om_json_bool(&json, "is_busy", hand->core.motion == ARM_MOVE);
-        add_pose(&json, "measured_cp", o->tip);
-        add_pose(&json, "setpoint_cp", hand->core.setpoint);
-        om_json_numbers(&json, "measured_js", o->q, OM_PSM_NJOINT);
-        om_json_number(&json, "jaw", o->jaw);
-        if (o->has_wrench) om_json_numbers(&json, "force", force, 3);
-        om_json_close(&json, '}');
-    }
+    for (int a = 0; a < r->narm; ++a)
+        om__udp_print_arm(&json, r->hand[a].name, &r->hand[a].core, &r->obs.arm[a]);
     om_json_close(&json, '}');
     return om_json_end(&json);
 }
@@ -661,8 +678,19 @@ static OmStatus serve_datagrams(OmDdsRobot* r) {
     return OM_OK;
 }
 
+static OmStatus take_system(OmDdsRobot* r) {
+    LinkMessage m;
+    for (int k = 0; k < NSYSTEM; ++k) {
+        if (!take_last(r, r->system[k], &m)) continue;
+        for (int a = 0; a < r->narm && k == POWER_OFF; ++a) om__arm_hold(&r->hand[a].core);
+        OM_TRY(send_words(r, r->status, system_topic[k].answer));
+    }
+    return OM_OK;
+}
+
 static OmStatus take_commands(OmDdsRobot* r) {
     OM_TRY(serve_datagrams(r));
+    OM_TRY(take_system(r));
     for (int a = 0; a < r->narm; ++a) OM_TRY(take_hand(r, &r->hand[a]));
     Hand* ecm = &r->ecm;
     LinkMessage m;
@@ -727,7 +755,7 @@ static OmStatus advance(OmDdsRobot* r, double dt) {
         if (hand->was_busy != (hand->core.motion == ARM_MOVE)) OM_TRY(send_state(r, hand));
     }
     OM_TRY(publish_arms(r, dt));
-    count_period(r);
+    om__periods_count(&r->periods, om_clock_now(), 1 / r->def.rate);
     return OM_OK;
 }
 
@@ -947,24 +975,14 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om_free(robot);
 }
 
-// The period below which a share of all lies, to one bin.
-static double quantile(const int bin[NBIN], int64_t n, double share) {
-    int64_t sum = 0;
-    for (int k = 0; k < NBIN; ++k) {
-        sum += bin[k];
-        if ((double)sum >= share * (double)n) return BIN * (k + 0.5);
-    }
-    return BIN * NBIN;
-}
-
 OmDdsReport om_dds_robot_report(const OmDdsRobot* robot) {
     OmDdsReport report = robot->report;
-    int64_t n = 0;
-    for (int k = 0; k < NBIN; ++k) n += robot->bin[k];
     report.time = robot->obs.time;
     report.wall_time = om_clock_now() - robot->begun;
-    report.period_median = n > 0 ? quantile(robot->bin, n, 0.5) : (double)NAN;
-    report.period_99 = n > 0 ? quantile(robot->bin, n, 0.99) : (double)NAN;
+    report.period_median = om__periods_quantile(&robot->periods, 0.5);
+    report.period_99 = om__periods_quantile(&robot->periods, 0.99);
+    report.period_max = robot->periods.longest;
+    report.nlate = robot->periods.nlate;
     report.picture_render =
         report.npicture > 0 ? robot->render / (double)report.npicture : (double)NAN;
     return report;

@@ -11,6 +11,7 @@
 #ifndef OMENTUM_DDS_UDP_H
 #define OMENTUM_DDS_UDP_H
 
+#include "dds/dds_arm.h"
 #include "omentum/base.h"
 
 typedef enum UdpKind {
@@ -56,5 +57,8 @@ int om__stream_count(Stream* stream);
 // A client that has not taken the whole last message misses this one.
 // @return OM_NO_MEMORY
 OmStatus om__stream_send(Stream* stream, const char* data, size_t size);
+// An arm of the answer: its states and what it measures.
+void om__udp_print_arm(OmJson* json, const char* name, const Arm* arm,
+                       const OmArmObservation* seen);
 
 #endif

@@ -238,10 +238,51 @@ static void jaw(void** unused) {
     }
 }
 
+// The sign as on the robot: a negative effort closes. The other sign would drop what a client holds.
+static void jaw_effort(void** unused) {
+    (void)unused;
+    Arm arm = make_arm(true);
+    LinkJoints j = {.neffort = 1, .effort = {-0.02}};
+    arm.jaw_stop = 0.2;
+    assert_ok(om__arm_jaw_effort(&arm, &j));
+    assert_near(arm.jaw_goal, arm.psm.jaw_min, 0);
+    assert_true(arm.jaw_goal <= 0);
+    j.effort[0] = 0.015;
+    assert_ok(om__arm_jaw_effort(&arm, &j));
+    assert_near(arm.jaw_goal, arm.psm.jaw_max, 0);
+    j.effort[0] = 0;
+    assert_ok(om__arm_jaw_effort(&arm, &j));
+    assert_near(arm.jaw_goal, 0.2, 0);
+    j.effort[0] = NAN;
+    assert_status(om__arm_jaw_effort(&arm, &j), OM_INVALID);
+    j = (LinkJoints){.nposition = 1, .effort = {-1}};
+    assert_status(om__arm_jaw_effort(&arm, &j), OM_INVALID);
+    assert_near(arm.jaw_goal, 0.2, 0);
+    arm = make_arm(false);
+    j = (LinkJoints){.neffort = 1, .effort = {-1}};
+    assert_status(om__arm_jaw_effort(&arm, &j), OM_INVALID);
+}
+
+// From any orientation a turn about an axis of the common frame; a quaternion and its negative are one orientation.
+static void turn(void** unused) {
+    (void)unused;
+    const OmQuat from = om_quat_normalize((OmQuat){.w = 0.3, .x = -0.5, .y = 0.7, .z = 0.2});
+    const double angle[] = {0, 1e-9, 0.3, -2.5, 3.1};
+    for (int k = 0; k < 10; ++k) {
+        const double a = angle[k / 2];
+        const OmQuat d = {.w = cos(a / 2), .x = 0.6 * sin(a / 2), .z = 0.8 * sin(a / 2)};
+        OmQuat to = om_quat_mul(d, from);
+        if (k % 2) to = (OmQuat){.w = -to.w, .x = -to.x, .y = -to.y, .z = -to.z};
+        const OmVec3 got = om__arm_turn(from, to);
+        assert_near(om_distance(got, om_vec3(0.6 * a, 0, 0.8 * a)), 0, 1e-12);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(states),  cmocka_unit_test(not_ready), cmocka_unit_test(stops),
-        cmocka_unit_test(refused), cmocka_unit_test(names),     cmocka_unit_test(servo),
-        cmocka_unit_test(move),    cmocka_unit_test(jaw),       cmocka_unit_test(ratio)};
+        cmocka_unit_test(states),     cmocka_unit_test(not_ready), cmocka_unit_test(stops),
+        cmocka_unit_test(refused),    cmocka_unit_test(names),     cmocka_unit_test(servo),
+        cmocka_unit_test(move),       cmocka_unit_test(jaw),       cmocka_unit_test(ratio),
+        cmocka_unit_test(jaw_effort), cmocka_unit_test(turn)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,12 +29,13 @@ static int close_link(void** unused) {
 }
 
 static void expect_same_message(LinkType type, const LinkMessage* a, const LinkMessage* b) {
-    const bool has_time =
-        type != LINK_STRING && type != LINK_EMPTY && type != LINK_NUMBER && type != LINK_TICK;
+    const bool has_time = type != LINK_STRING && type != LINK_EMPTY && type != LINK_NUMBER &&
+                          type != LINK_BOOL && type != LINK_TICK;
     if (has_time) assert_near(a->time, b->time, 1e-9);
     switch (type) {
     case LINK_JOINTS: assert_memory_equal(&a->joints, &b->joints, sizeof a->joints); break;
     case LINK_POSE: assert_memory_equal(&a->pose, &b->pose, sizeof a->pose); break;
+    case LINK_TWIST: assert_memory_equal(&a->twist, &b->twist, sizeof a->twist); break;
     case LINK_WRENCH: assert_memory_equal(&a->wrench, &b->wrench, sizeof a->wrench); break;
     case LINK_STRING:
     case LINK_STAMPED: assert_string_equal(a->text, b->text); break;
@@ -65,6 +66,7 @@ static void expect_same_message(LinkType type, const LinkMessage* a, const LinkM
         assert_int_equal(a->picture.z, b->picture.z);
         assert_int_equal(a->picture.rgb, b->picture.rgb);
         break;
+    case LINK_BOOL: assert_true(a->is_on && b->is_on); break;
     case LINK_NUMBER: assert_near(a->number, b->number, 0); break;
     case LINK_TOCK: assert_string_equal(a->tick.error, b->tick.error); break;
     case LINK_TICK:
@@ -88,6 +90,7 @@ static LinkMessage make_message(LinkType type, const unsigned char* bytes, size_
         m.joints.velocity[1] = 3, m.joints.effort[0] = 7;
         break;
     case LINK_POSE: m.pose = pose; break;
+    case LINK_TWIST: m.twist.linear = om_vec3(1, 2, 3), m.twist.angular.z = -5; break;
     case LINK_WRENCH: m.wrench.force = om_vec3(1, 2, 3), m.wrench.torque.y = -4; break;
     case LINK_STRING:
     case LINK_STAMPED: strcpy(m.text, "a sentence"); break;
@@ -117,6 +120,7 @@ static LinkMessage make_message(LinkType type, const unsigned char* bytes, size_
                                   .size = size};
         strcpy(m.picture.encoding, "rgb8");
         break;
+    case LINK_BOOL: m.is_on = true; break;
     case LINK_NUMBER: m.number = 0.25; break;
     case LINK_TOCK: strcpy(m.tick.error, "why"); break;
     case LINK_TICK: m.tick.ncommand = 3, m.tick.what = 6, m.tick.dt = 0.02; break;

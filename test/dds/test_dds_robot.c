@@ -20,6 +20,7 @@ typedef struct Served {  // a robot in lock-step, with a client of PSM1
     Link* link;
     int tick, state_command, servo_jp, move_jp, servo_cp, move_cp, jaw, hold, jaw_is, jaw_to,
         warning, error, setpoint_js, setpoint_cp;
+    int system[3], system_status, jaw_effort, tool_present, status, measured_cv;
     int udp_port;
     char said[400];  // the last sentence of the robot
 } Served;
@@ -72,6 +73,14 @@ static void begin(Served* s) {
                  {&s->hold, LINK_OUT, LINK_EMPTY, "PSM1/hold"},
                  {&s->jaw_is, LINK_IN, LINK_JOINTS, "PSM1/jaw/measured_js"},
                  {&s->jaw_to, LINK_IN, LINK_JOINTS, "PSM1/jaw/setpoint_js"},
+                 {&s->system[0], LINK_OUT, LINK_EMPTY, "system/power_on"},
+                 {&s->system[1], LINK_OUT, LINK_EMPTY, "system/home"},
+                 {&s->system[2], LINK_OUT, LINK_EMPTY, "system/power_off"},
+                 {&s->system_status, LINK_IN, LINK_STRING, "system/status"},
+                 {&s->jaw_effort, LINK_OUT, LINK_JOINTS, "PSM1/jaw/servo_jf"},
+                 {&s->tool_present, LINK_OUT, LINK_BOOL, "PSM1/emulate_tool_present"},
+                 {&s->status, LINK_IN, LINK_STRING, "PSM1/status"},
+                 {&s->measured_cv, LINK_IN, LINK_TWIST, "PSM1/measured_cv"},
                  {&s->error, LINK_IN, LINK_STRING, "PSM1/error"},
                  {&s->warning, LINK_IN, LINK_STRING, "PSM1/warning"},
                  {&s->setpoint_js, LINK_IN, LINK_JOINTS, "PSM1/setpoint_js"},
@@ -398,11 +407,101 @@ static void many_datagrams(void** unused) {
     end(&s);
 }
 
+// Topics of the whole system: a sentence, and no arm moves or changes its state; power_off stops arms.
+static void whole_system(void** unused) {
+    (void)unused;
+    static const char* const sentence[3] = {"power_on: nothing", "home: nothing", "power_off: the"};
+    Served s;
+    begin(&s);
+    order(&s, "home");
+    step(&s, DT);
+    double q[OM_PSM_NJOINT];
+    memcpy(q, last(&s, s.setpoint_js).joints.position, sizeof q);
+    q[3] += 1;
+    drive(&s, s.move_jp, q);
+    for (int k = 0; k < 3; ++k) {
+        step(&s, DT);
+        const double before = last(&s, s.setpoint_js).joints.position[3];
+        assert_ok(om__link_write(s.link, s.system[k], &(LinkMessage){0}));
+        step(&s, DT);
+        const LinkMessage m = last(&s, s.system_status);
+        assert_ptr_equal(strstr(m.text, sentence[k]), m.text);
+        const double after = last(&s, s.setpoint_js).joints.position[3];
+        assert_int_equal(after > before, k < 2);
+    }
+    assert_ok(om__link_write(s.link, s.tool_present, &(LinkMessage){.is_on = true}));
+    step(&s, DT);
+    assert_non_null(strstr(last(&s, s.status).text, "emulate_tool_present"));
+    end(&s);
+}
+
+// A negative effort closes the jaw, a positive one opens it, a status says so once.
+static void effort(void** unused) {
+    (void)unused;
+    LinkMessage m = {.joints = {.neffort = 1}}, said;
+    Served s;
+    begin(&s);
+    order(&s, "home");
+    step(&s, DT);
+    last(&s, s.status);
+    for (int k = 0; k < 4; ++k) {
+        m.joints.effort[0] = k < 2 ? 0.015 : -0.02;
+        assert_ok(om__link_write(s.link, s.jaw_effort, &m));
+        const double is = jaw_after(&s, 30);
+        if (k < 2) assert_true(is > 1);
+        if (k >= 2) assert_below(is, 1e-9);
+        assert_int_equal(om__link_take(s.link, s.status, &said), k % 2 == 0);
+        if (k == 2) assert_non_null(strstr(said.text, "the jaw closes"));
+    }
+    end(&s);
+}
+
+// A speed times its step is the way between two measured poses: also of the turn, in the frame of the poses.
+static void speed(void** unused) {
+    (void)unused;
+    Served s;
+    int measured_cp;
+    begin(&s);
+    assert_ok(om__link_add(s.link, LINK_IN, LINK_POSE, "PSM1/measured_cp", 1, &measured_cp));
+    const double end_of_wait = om_clock_now() + 20;
+    while (om__link_count(s.link, measured_cp) == 0 && om_clock_now() < end_of_wait)
+        om__link_wait(s.link, 0.01);
+    order(&s, "home");
+    step(&s, DT);
+    double q[OM_PSM_NJOINT];
+    memcpy(q, last(&s, s.setpoint_js).joints.position, sizeof q);
+    q[0] += 0.2, q[3] += 0.5;
+    drive(&s, s.move_jp, q);
+    last(&s, s.measured_cv);
+    OmPose before = last(&s, measured_cp).pose;
+    double fastest = 0;
+    for (int i = 0; i < 8; ++i) {
+        step(&s, DT);
+        const OmPose now = last(&s, measured_cp).pose;
+        const LinkMessage m = last(&s, s.measured_cv);
+        assert_string_equal(m.frame, "world");
+        assert_near(om_distance(om_madd(before.p, DT, m.twist.linear), now.p), 0, 1e-12);
+        const OmVec3 w = m.twist.angular;
+        const double turn = om_norm(w) * DT;
+        const OmVec3 axis = om_scale(turn > 0 ? sin(turn / 2) / om_norm(w) : 0, w);
+        const OmQuat d = {.w = cos(turn / 2), .x = axis.x, .y = axis.y, .z = axis.z};
+        const OmQuat to = om_quat_mul(d, before.q);
+        const double same = to.w * now.q.w + to.x * now.q.x + to.y * now.q.y + to.z * now.q.z;
+        assert_near(fabs(same), 1, 1e-12);
+        fastest = fmax(fastest, om_norm(w));
+        before = now;
+    }
+    assert_true(fastest > 0.1);
+    end(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(joint_limits),  cmocka_unit_test(reader_gone),
         cmocka_unit_test(sender_gone),   cmocka_unit_test(fault),
         cmocka_unit_test(frames),        cmocka_unit_test(jaw),
-        cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams)};
+        cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams),
+        cmocka_unit_test(whole_system),  cmocka_unit_test(effort),
+        cmocka_unit_test(speed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
