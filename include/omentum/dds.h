@@ -95,6 +95,29 @@ typedef struct OmDdsReport {
 } OmDdsReport;
 OM_API OmDdsReport om_dds_robot_report(const OmDdsRobot* robot);
 
+// ---- programs that watch -------------------------------------------------------------------------------------------
+
+typedef struct OmWatch OmWatch;
+
+typedef struct OmWatchTool {
+    const char* name;
+    OmPose pose;  // pose_world_tool
+} OmWatchTool;
+
+/// Serve tools and the surface of a mesh by OpenIGTLink on TCP, 127.0.0.1, for 3D Slicer. One thread.
+/// @param mesh  its boundary is copied
+/// @return OM_OK; OM_IO (the port is taken); OM_NO_MEMORY
+OM_API OmStatus om_watch_create(int port, const OmTetMesh* mesh, OmWatch** watch);
+OM_API void om_watch_destroy(OmWatch* watch);
+/// Is a message due, and does a program watch? At most 30 times a second of the wall clock.
+OM_API bool om_watch_is_due(OmWatch* watch);
+/// Send the tools, and with the first and every fifth message the surface. A program that reads slowly misses messages.
+/// @param time  s, of the stamps
+/// @param x     vertices of the mesh, m
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_watch_send(OmWatch* watch, double time, const OmWatchTool* tool, int ntool,
+                              const double* x);
+
 // ---- frames ---------------------------------------------------------------------------------------------------------
 
 #define OM_DDS_MAX_FRAME 16

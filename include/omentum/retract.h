@@ -34,6 +34,8 @@ typedef struct OmRetractDef {
     OmStatus (*supervise)(void* ctx, OmLoop* loop);
     void* supervise_ctx;
     struct OmViewServer* server;  // publishes the run (view_server.h); borrowed; default null
+    // Send tools and the tissue's surface by OpenIGTLink on TCP, 127.0.0.1, as OmDdsRobotDef.igtl_port; default 0: not
+    int igtl_port;
     // A robot over DDS in place of a simulated field; its `site` is set by the run; borrowed; default null
     const OmDdsWorldDef* robot;
     OmMotionLaw law;      // OmLoopDef.law; not with records_observations; default: straight lines

@@ -124,6 +124,34 @@ def test_slicers_stream(robot):
     assert pyigtl.PolyDataMessage(points=points, polygons=cells)._pack_content() == body
 
 
+def test_a_run_is_streamed(tmp_path):
+    """omentum retract --igtl: tools that move, and the tissue; the run is the same as one that nobody watches."""
+    program = os.environ.get("OMENTUM_PROGRAM")
+    if not program:
+        pytest.skip("needs the program: OMENTUM_PROGRAM")
+    port, folders = IGTL + 1, [tmp_path / "watched", tmp_path / "alone"]
+    commands = [[program, "retract", SMALL, "-q", "-o", folder] for folder in folders]
+    process = subprocess.Popen([*commands[0], "--real-time", "--igtl", str(port)], stdout=subprocess.DEVNULL)
+    link, tips, kinds = None, [], set()
+    while link is None and process.poll() is None:
+        try:
+            link = socket.create_connection(("127.0.0.1", port), timeout=20)
+        except OSError:
+            time.sleep(0.02)
+    with link, link.makefile("rb") as file:
+        while len(head := file.read(58)) == 58:
+            name, body = head[14:34].rstrip(b"\0"), file.read(int.from_bytes(head[42:50], "big"))
+            kinds.add((head[2:14].rstrip(b"\0"), name))
+            if name == b"PSM1":
+                tips.append(np.frombuffer(body, ">f4")[9:])
+    assert process.wait(60) == 0 and subprocess.call(commands[1], stdout=subprocess.DEVNULL) == 0
+    assert kinds == {(b"TRANSFORM", b"PSM1"), (b"TRANSFORM", b"PSM2"), (b"TRANSFORM", b"ECM"), (b"POLYDATA", b"Tissue")}
+    assert len(tips) > 5 and np.ptp(tips, axis=0).max() > 10  # mm
+    # actions with their times and places; the last line has the time on the wall
+    lines = [[line for line in (folder / "audit.jsonl").read_text().splitlines() if '"action' in line] for folder in folders]
+    assert len(lines[0]) > 4 and lines[0] == lines[1]
+
+
 def recording(tmp_path, *arguments):
     program = os.environ.get("OMENTUM_PROGRAM")
     if not program:

@@ -45,6 +45,8 @@ static const OmCliOption option[] = {
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
     {"--record", NULL, NULL,
      "write all that the robot observes to DIR/observations.log, for omentum replay"},
+    {"--igtl", NULL, "PORT", "tools and tissue by OpenIGTLink, for 3D Slicer on this machine",
+     "none", NULL, 1, 65535},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -207,6 +209,7 @@ OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir) {
     def.has_both_arms = s->has_both_arms;
     def.records_observations = s->records_observations;
     if (s->has_robot) def.robot = &s->robot;
+    def.igtl_port = s->igtl_port;
     if (s->acting) def.law = (OmMotionLaw){s->acting, next_place};
     return def;
 }
@@ -361,6 +364,7 @@ static OmStatus read_settings(const OmCliArgs* args, bool needs_folder, OmCliRet
     OM_TRY(get_int(args, "--count", &s->nlayout));
     OM_TRY(get_int(args, "--first", &s->first));
     OM_TRY(get_int(args, "--workers", &s->nworker));
+    OM_TRY(get_int(args, "--igtl", &s->igtl_port));
     bool is_run = needs_folder && !get(args, "--print-scene") && !get(args, "--dry-run");
     OM_CHECK(s->out || !is_run, OM_INVALID, "no output folder is given; add -o DIR");
     return OM_OK;

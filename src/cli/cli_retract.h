@@ -15,6 +15,7 @@ typedef struct OmCliRetract {
     int nlayout;  // of several
     int first;    // of these
     int nworker;
+    int igtl_port;  // 0: not served
     bool is_quiet;
     bool has_layout, has_data;  // of the command line
     bool records_acquisitions, records_observations;

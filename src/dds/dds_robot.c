@@ -17,11 +17,11 @@
 
 #include "dds/dds_arm.h"
 #include "dds/dds_cloud.h"
-#include "dds/dds_igtl.h"
 #include "dds/dds_mcap.h"
 #include "dds/dds_period.h"
 #include "dds/dds_udp.h"
 #include "omentum/base_job.h"
+#include "omentum/dds.h"
 
 #define COOKIE 0xdd5002u
 #define LOOK_NICE 10      // of the thread that renders
@@ -68,12 +68,7 @@ struct OmDdsRobot {
     Mcap* mcap;      // null: no recording
     Udp* udp;        // null: not served
     OmText reply;    // to the last datagram
-    Stream* igtl;    // null: not served
-    OmText shown;    // its last message
-    OmSurface skin;  // of the tissue; its vertices are skin_vert of om_body_x
-    int* skin_vert;
-    double next_shown;  // s of the wall clock
-    int nshown;
+    OmWatch* watch;  // null: not served
     Hand hand[OM_MAX_ARM];
     Hand ecm;  // the endoscope: it has states and a pose, and does not move
     int narm, nend;
@@ -497,24 +492,13 @@ static unsigned wanted_pictures(const OmDdsRobot* r) {
 
 // ---- OpenIGTLink --------------------------------------------------------------------------------------------------
 
-#define SHOW_RATE 30.0       // Hz, of tools
-enum { SURFACE_EVERY = 5 };  // of these a surface
-
-// Tools, and now and then the surface, where somebody watches.
 static OmStatus show(OmDdsRobot* r) {
-    const double now = om_clock_now();
-    if (!r->igtl || now < r->next_shown) return OM_OK;
-    r->next_shown = fmax(r->next_shown + 1 / SHOW_RATE, now);
-    if (om__stream_count(r->igtl) == 0) return OM_OK;
-    r->shown.len = 0;
-    for (int a = 0; a < r->narm; ++a)
-        OM_TRY(om__igtl_transform(r->hand[a].name, stamp(r), r->obs.arm[a].tip, &r->shown));
-    OM_TRY(om__igtl_transform(r->ecm.name, stamp(r), r->endoscope.camera.pose_world_camera,
-                              &r->shown));
-    if (r->skin.ntri > 0 && r->nshown++ % SURFACE_EVERY == 0)
-        OM_TRY(om__igtl_surface("Tissue", stamp(r), &r->skin,
-                                om_body_x(om_world_truth(r->def.world)), r->skin_vert, &r->shown));
-    return om__stream_send(r->igtl, r->shown.str, r->shown.len);
+    OmWatchTool tool[OM_MAX_ARM + 1];
+    if (!r->watch || !om_watch_is_due(r->watch)) return OM_OK;
+    for (int a = 0; a < r->narm; ++a) tool[a] = (OmWatchTool){r->hand[a].name, r->obs.arm[a].tip};
+    tool[r->narm] = (OmWatchTool){r->ecm.name, r->endoscope.camera.pose_world_camera};
+    return om_watch_send(r->watch, stamp(r), tool, r->narm + 1,
+                         om_body_x(om_world_truth(r->def.world)));
 }
 
 // ---- commands -----------------------------------------------------------------------------------------------------
@@ -916,11 +900,8 @@ static OmStatus begin(OmDdsRobot* r) {
         r->snapshot = om_alloc(size, 1);
         if (!r->snapshot) return OM_NO_MEMORY;
     }
-    if (r->def.igtl_port > 0) {
-        OM_TRY(om__stream_open(r->def.igtl_port, &r->igtl));
-        const OmTetMesh* mesh = om_body_mesh(om_world_truth(r->def.world));
-        OM_TRY(om_tet_mesh_boundary(mesh, &r->skin, &r->skin_vert));
-    }
+    const OmTetMesh* mesh = om_body_mesh(om_world_truth(r->def.world));
+    if (r->def.igtl_port > 0) OM_TRY(om_watch_create(r->def.igtl_port, mesh, &r->watch));
     if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
     if (r->def.record) OM_TRY(om__mcap_open(r->def.record, &r->mcap));
@@ -963,10 +944,7 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om__mcap_close(robot->mcap);
     om__link_destroy(robot->link);
     om__udp_close(robot->udp);
-    om__stream_close(robot->igtl);
-    om_text_done(&robot->shown);
-    om_surface_done(&robot->skin);
-    om_free(robot->skin_vert);
+    om_watch_destroy(robot->watch);
     om_text_done(&robot->reply);
     om_observation_done(&robot->obs);
     om_observation_done(&robot->seen);

@@ -9,9 +9,10 @@
 #include "retract/retract_belief.h"
 #include "retract/retract_journal.h"
 #include "retract/retract_view.h"
+#include "retract/retract_watch.h"
 
 #define RETRACT_COOKIE 0x0de78a5
-enum { MAX_LISTENER = 5 };  // audit, log, recorder, and of a view two
+enum { MAX_LISTENER = 6 };  // audit, log, recorder, of a view two, and of a watch
 
 OmRetractDef om_retract_default_def(const OmScene* scene) {
     return (OmRetractDef){
@@ -35,6 +36,7 @@ typedef struct Setup {
     OmRecorder* recorder;  // null: nothing is written
     Journal* journal;      // null: neither written nor replayed
     RunView* view;         // null: no page watches
+    RunWatch* watch;       // null: no program does by OpenIGTLink
     OmMatch* match;        // of the job of the updater; null: nothing is estimated
     OmBanetNet* net;       // null: the scene names none
     OmBanetUpdater* banet;
@@ -57,6 +59,7 @@ static void setup_done(Setup* s) {
     om_match_destroy(s->match);
     om__journal_destroy(s->journal);
     om__run_view_destroy(s->view);
+    om__run_watch_destroy(s->watch);
     om_recorder_destroy(s->recorder);
     om_world_destroy(s->world);
     om_body_destroy(s->twin);
@@ -76,6 +79,8 @@ static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(!def->law.next || !def->records_observations, OM_INVALID,
              "OmRetractDef.law: observations recorded with a motion law cannot be replayed; record "
              "without it");
+    OM_CHECK(def->igtl_port >= 0 && def->igtl_port <= 65535, OM_INVALID,
+             "OmRetractDef.igtl_port is %d; 0 to 65535", def->igtl_port);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
@@ -161,10 +166,14 @@ static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Set
 
 static OmStatus build_view(const OmRetractDef* def, Setup* s, OmLoopDef* loop,
                            OmLoopListener* listener) {
+    loop->listener = listener;
+    if (def->igtl_port > 0) {
+        OM_TRY(om__run_watch_create(def->igtl_port, def->scene, s->world, s->twin, &s->watch));
+        listener[loop->nlistener++] = om__run_watch_listener(s->watch);
+    }
     if (!def->server) return OM_OK;
     OM_TRY(om__run_view_create(def->server, def->scene, s->world, s->twin, s->planner, &s->view));
     loop->nlistener += om__run_view_listeners(s->view, listener + loop->nlistener);
-    loop->listener = listener;
     return OM_OK;
 }
 
