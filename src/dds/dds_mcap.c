@@ -4,9 +4,9 @@
 //                | at ->                                        | Footer magic: the ending
 //
 // A file is whole after each chunk: the chunk is written over the last ending, with a new ending behind it, by one
-// write. A program that is killed leaves a file that any reader opens; what it loses is the chunk in memory. Only a
-// kill, or a full disk, in the middle of the write leaves a file without an ending: its whole chunks can be read in
-// order from the front ("mcap recover" does it), and the CRC of a torn one is wrong.
+// write. A program that is killed leaves a file that any reader opens; what it loses is the chunk in memory. On a full
+// disk the old ending is written again. Only a kill in the middle of a write leaves a file without an ending: its
+// whole chunks can be read in order from the front ("mcap recover" does it), and the CRC of a torn one is wrong.
 //
 // The ending grows by a line of index for each chunk. A chunk is written once it is CHUNK_TIME old and twice as long
 // as the ending: rewritten endings are never more than a third of all that is written. Channels are in the first chunk.
@@ -57,6 +57,7 @@ struct Mcap {
     bool has_schema[LINK_NTYPE];
     int nschema;
     uint32_t nchunk;
+    uint64_t kept_first, kept_last;         // ns, of the file
     uint64_t nmessage, first, last;         // ns
     uint64_t nheld, held_first, held_last;  // of the chunk in memory
     double written;                         // s of the wall clock
@@ -342,21 +343,43 @@ static OmStatus write_held(Mcap* m) {
     return OM_OK;
 }
 
-// The chunk in memory goes to the file; after an error it is still there.
+static void forget_held(Mcap* m) {
+    m->records.len = m->out.len = 0;
+    for (int c = 0; c < m->nchannel; ++c) m->channel[c].index.len = 0;
+    m->nheld = 0;
+}
+
+// A full disk: the ending of the whole chunks has room where the last one was.
+static void mend(Mcap* m) {
+    for (int c = 0; c < m->nchannel; ++c)
+        m->channel[c].nmessage -= (uint32_t)(m->channel[c].index.len / 16);
+    m->nmessage -= m->nheld;
+    m->first = m->kept_first, m->last = m->kept_last;
+    forget_held(m);
+    if (print_ending(m, m->at, &m->ending) == OM_OK && ftruncate(m->fd, (off_t)m->at) == 0)
+        (void)write_all(m, &m->ending);
+}
+
+// The chunk in memory goes to the file; after an error of the disk it is lost, and the file is whole without it.
 static OmStatus flush(Mcap* m) {
     const size_t nline = m->chunks.len;
     const uint32_t nchunk = m->nchunk;
     const OmStatus status = write_held(m);
-    m->out.len = 0;
     m->written = om_clock_now();
     if (status < 0) {
         m->chunks.len = nline;
         m->nchunk = nchunk;
+        m->out.len = 0;
+        if (status == OM_IO) {
+            char why[300];
+            snprintf(why, sizeof why, "%s", om_error_message());
+            mend(m);
+            return om_error(OM_IO, "%s", why);
+        }
         return status;
     }
-    m->records.len = 0;
-    for (int c = 0; c < m->nchannel; ++c) m->channel[c].index.len = 0;
-    m->nheld = 0;
+    m->kept_first = m->first, m->kept_last = m->last;
+    forget_held(m);
     return OM_OK;
 }
 

@@ -1,7 +1,9 @@
 // test_dds_mcap.c: the bytes of a recording, read by a walk over its records as MCAP's specification has them; and the
 // bytes of messages against the ones of a reader of Cyclone DDS.
 #include <fcntl.h>
+#include <signal.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #define asm __asm__  // ddsrt uses the name that C17 does not have
@@ -198,6 +200,39 @@ static void killed(void** unused) {
     unlink(name);
 }
 
+// A disk that is full within a chunk: an error, and a file that is whole with the chunks before.
+static void full_disk(void** unused) {
+    (void)unused;
+    enum { SIZE = 1000000 };
+    const char* name = path("full");
+    char* text = calloc(SIZE, 1);
+    struct rlimit before, small;
+    Mcap* mcap;
+    int channel[NTOPIC], n = 0;
+    OmStatus status = OM_OK;
+    assert_ok(om__mcap_open(name, &mcap));
+    assert_ok(add_topics(mcap, channel));
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    small = before;
+    small.rlim_cur = 7000000;
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    while (status == OM_OK && n < 20)
+        status = om__mcap_write(mcap, channel[0], 1 + n++, text, SIZE);
+    assert_status(status, OM_IO);
+    assert_non_null(strstr(om_error_message(), name));
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    Bytes b = read_file(name);
+    const Seen s = see(b);
+    assert_int_equal(s.nmessage, 5);  // the first chunk: 4 MiB and a bit
+    assert_int_equal(s.last, 5000000000);
+    assert_int_equal(n, 10);
+    free(b.at);
+    assert_ok(om__mcap_close(mcap));
+    unlink(name);
+    free(text);
+}
+
 static OmDdsDef make_def(void) {
     OmDdsDef def = om_dds_default_def();
     def.domain = 100 + (int)((getpid() + 60) % 100);
@@ -320,6 +355,7 @@ static void memory(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(bytes), cmocka_unit_test(killed),
-                                       cmocka_unit_test(wire), cmocka_unit_test(memory)};
+                                       cmocka_unit_test(full_disk), cmocka_unit_test(wire),
+                                       cmocka_unit_test(memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
