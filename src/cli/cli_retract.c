@@ -219,6 +219,7 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
     // An error comes before the plan, which takes a minute.
     OmRetractEstimate e;
     OmRetractDef run = om_cli_retract_def(s, dir);
+    run.needs_approval = false;  // the page of `omentum view` brings its person later
     OM_TRY(om_retract_check(&run, NULL, &e));
     if (s->has_robot) {  // does it answer?
         OmWorld* world;
@@ -235,6 +236,7 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
     om_cli_progress_done();
     s->has_preplan = true;
     printf("plan before the operation: %s\n", s->preplan.reason);
+    fflush(stdout);
     return OM_OK;
 }
 

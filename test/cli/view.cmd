@@ -77,3 +77,8 @@ $ omentum view --help
 exit 0
 out Examples:
 out ssh -L
+
+# A robot that waits for a person on the page: the plan before is made while the page is open, and a signal ends both.
+$ (sed 's/^task:/rgbd: {width: 96, height: 72}\n&/' small.yaml; echo '  grid: 2') > coarse.yaml; (omentum view coarse.yaml --defras --approve --port 0 -q > told.txt & p=$!; for i in $(seq 200); do grep -q 'plan before' told.txt && break; kill -0 $p 2> /dev/null || break; sleep 0.05; done; sleep 0.3; kill -INT $p; wait $p; echo code $?)
+exit 0
+out ^code (130|0)$
