@@ -17,10 +17,6 @@ exit 0
 out "time_s": 0\.1
 err PSM1 and PSM2 on domain 91
 
-$ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record-pictures
-exit 3
-err needs a file to record to
-
 $ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record run.mcap
 exit 0
 file run.mcap

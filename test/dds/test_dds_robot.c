@@ -389,6 +389,9 @@ static void many_datagrams(void** unused) {
     Served s;
     OmDdsRobotDef def;
     make_robot(&s, &def);
+    def.has_record_pictures = true;  // of what?
+    assert_status(om_dds_robot_create(&def, &s.robot), OM_INVALID);
+    def.has_record_pictures = false;
     def.rate = 20;
     def.picture_rate = 0;
     def.udp_port = 43000 + getpid() % 4000;
