@@ -410,6 +410,11 @@ static OmStatus check_alive(DdsWorld* w) {
         const Limb* l = &w->limb[a];
         if (om__link_count(w->link, l->measured_cp) == 0)
             return fail(w, "%s: the robot is gone; motion has stopped", l->name);
+        const int nrobot = om__link_count(w->link, l->state);
+        if (nrobot > 1)
+            return fail(w,
+                        "%s: %d robots answer on domain %d; motion has stopped: give each a domain",
+                        l->name, nrobot, w->def.dds.domain);
         if (!w->is_lock_step && now - l->heard > w->def.stale)
             return fail(w, "%s/measured_cp: nothing for %.2f s, at most %.2f s; motion has stopped",
                         l->name, now - l->heard, w->def.stale);

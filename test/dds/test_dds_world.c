@@ -252,6 +252,29 @@ static void lies(void** unused) {
     end(&s);
 }
 
+// Another robot on the same domain: nobody knows whom a command reaches.
+static void two_robots(void** unused) {
+    (void)unused;
+    Served s;
+    begin(&s, false, INFINITY);
+    OmWorld* world = connect_world(&s, BUSY);
+    Link* other;
+    int id;
+    const OmDdsDef dds = make_dds();
+    assert_ok(om_world_reset(world));
+    assert_ok(om_world_advance(world, DT));
+    assert_ok(om__link_create(&dds, &other));
+    assert_ok(
+        om__link_add(other, LINK_OUT | LINK_LATCHED, LINK_STATE, "PSM2/operating_state", 1, &id));
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 200 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    assert_int_equal(status, OM_IO);
+    assert_non_null(strstr(om_error_message(), "PSM2: 2 robots answer on domain"));
+    om_world_destroy(world);
+    om__link_destroy(other);
+    end(&s);
+}
+
 static void gone(void** unused) {
     (void)unused;
     Served s;
@@ -332,12 +355,10 @@ static void nobody_there(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(as_the_field),
-                                       cmocka_unit_test(a_tick_waits),
-                                       cmocka_unit_test(stops),
-                                       cmocka_unit_test(lies),
-                                       cmocka_unit_test(gone),
-                                       cmocka_unit_test(nobody_there),
-                                       cmocka_unit_test(endoscope_and_warnings)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(as_the_field), cmocka_unit_test(a_tick_waits),
+        cmocka_unit_test(stops),        cmocka_unit_test(lies),
+        cmocka_unit_test(two_robots),   cmocka_unit_test(gone),
+        cmocka_unit_test(nobody_there), cmocka_unit_test(endoscope_and_warnings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
