@@ -252,7 +252,7 @@ static void lies(void** unused) {
     end(&s);
 }
 
-// Another robot on the same domain: nobody knows whom a command reaches.
+// Another robot on the same domain: it is not known which one a command reaches.
 static void two_robots(void** unused) {
     (void)unused;
     Served s;
