@@ -1,5 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
-# PARTS 3
+# PARTS 5
 import json
 import os
 import pathlib
