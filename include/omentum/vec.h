@@ -145,6 +145,8 @@ static inline OmQuat om_quat_conj(OmQuat q) {
     return c;
 }
 OM_API OmQuat om_quat_normalize(OmQuat q);
+/// Angle of the rotation between two orientations, 0 to pi; accurate for small ones, too.
+OM_API double om_quat_angle(OmQuat a, OmQuat b);
 OM_API OmVec3 om_quat_rotate(OmQuat q, OmVec3 v);
 OM_API OmMat3 om_quat_to_mat3(OmQuat q);
 /// From a rotation matrix.

@@ -120,6 +120,11 @@ OM_API OmPose om_world_place_tip(const OmSite* site, int arm);
 ///         the joint)
 OM_API OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed);
 #define OM_WORLD_MAX_TURN 1.0  // rad/s
+/// For an implementation of `move`: the pose after `dt` seconds of a straight motion at `speed` m/s. The slower of
+/// translation and rotation limits it.
+/// @param is_there  out: the pose is the goal
+OM_API OmPose om_world_straight_step(OmPose from, OmPose goal, double speed, double dt,
+                                     bool* is_there);
 /// Command the jaw angle, rad. Below 20 degrees the jaw grasps the tissue at the tip, above it releases the tissue.
 /// Tissue stops a simulated jaw at 5 degrees; without tissue the jaw closes to 0.
 /// @return OM_OK; OM_INVALID (no such arm, an angle that is not finite)

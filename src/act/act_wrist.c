@@ -20,11 +20,6 @@
 #define TURN_STEP (5 * OM_PI / 180.0)    // rad, of the search
 #define WIDE_LIMIT (4 * OM_PI)           // rad, or m: no joint passes it
 
-static double angle_between(OmQuat a, OmQuat b) {
-    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
-}
-
 OmQuat om__wrist_straight(const ArmState* arm) { return arm->is_turned ? arm->q_straight : arm->q; }
 
 OmPose om__twin_pose(const Act* act, int arm, OmPose tip) {
@@ -58,7 +53,7 @@ typedef struct Way {
 // All joints stay within their limits on the way to an orientation. Otherwise `*blocked` is the first place that is out
 // of reach, in the orientation of the begin, and `near` has the joints before it.
 static bool is_in_reach(const Way* w, OmQuat q, OmPose* blocked, double near[OM_PSM_NJOINT]) {
-    const double length = om_distance(w->from.p, w->goal), angle = angle_between(w->from.q, q);
+    const double length = om_distance(w->from.p, w->goal), angle = om_quat_angle(w->from.q, q);
     const int n = 1 + (int)ceil(fmax(length / WAY_STEP, angle / WAY_TURN));
     for (int i = 0; i < OM_PSM_NJOINT; ++i) near[i] = w->joint[i];
     for (int k = 1; k <= n; ++k) {
@@ -115,7 +110,7 @@ static bool search(const Way* w, OmQuat straight, double max_turn, OmQuat* turne
 
 static void take(Act* act, const Way* w, OmQuat q) {
     Motion* m = &act->motion;
-    const double angle = angle_between(w->from.q, q), speed = act->task->speed;
+    const double angle = om_quat_angle(w->from.q, q), speed = act->task->speed;
     m->q = q;
     if (angle > 0)
         m->turn_rate = om_distance(w->from.p, w->goal) * OM_WORLD_MAX_TURN / (angle * speed);
@@ -128,7 +123,7 @@ static void take_turn(Act* act, const Way* w, OmQuat straight, OmQuat q, const O
     take(act, w, q);
     arm->is_turned = true;
     arm->q_straight = straight;
-    act->motion.turn = angle_between(straight, q);
+    act->motion.turn = om_quat_angle(straight, q);
     explain(w->psm, *blocked, near, act->action.turn_reason, sizeof act->action.turn_reason);
 }
 
@@ -141,7 +136,7 @@ void om__wrist_choose(Act* act) {
     m->turn = 0;
     if (!psm || !(act->task->wrist_turn > 0)) return;
     const OmQuat straight = om__wrist_straight(arm);
-    if (arm->is_turned && !m->is_holding && angle_between(arm->q, straight) < SAME_TURN)
+    if (arm->is_turned && !m->is_holding && om_quat_angle(arm->q, straight) < SAME_TURN)
         arm->is_turned = false;
     const Way way = {psm,
                      arm->joint,

@@ -116,12 +116,6 @@ static OmStatus read_joints(const Arm* arm, const LinkJoints* joints, double q[6
     return OM_OK;
 }
 
-// Angle of the rotation between two orientations, 0 to pi.
-static double angle_between(OmQuat a, OmQuat b) {
-    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
-}
-
 OmVec3 om__arm_turn(OmQuat from, OmQuat to) {
     const OmQuat d = om_quat_mul(to, om_quat_conj(from));
     const double s = sqrt(d.x * d.x + d.y * d.y + d.z * d.z), sign = d.w < 0 ? -1 : 1;
@@ -135,7 +129,7 @@ OmStatus om__arm_servo_cp(Arm* arm, double time, OmPose goal) {
     OM_TRY(check_ready(arm));
     OM_TRY(check_pose(&goal));
     const double way = om_distance(goal.p, arm->setpoint.p);
-    const double turn = angle_between(goal.q, arm->setpoint.q);
+    const double turn = om_quat_angle(goal.q, arm->setpoint.q);
     OM_CHECK(way <= ARM_MAX_STEP, OM_INVALID,
              "the goal is %.1f mm from the setpoint; at most %.0f mm: stream goals on the way, or "
              "use move_cp",
@@ -235,7 +229,7 @@ void om__arm_hold(Arm* arm) {
 // Part of the way to the goal that the limits allow in `dt`; 1: the goal.
 static double part_of_way(const Arm* arm, double dt) {
     const double way = om_distance(arm->goal.p, arm->setpoint.p);
-    const double turn = angle_between(arm->setpoint.q, arm->goal.q);
+    const double turn = om_quat_angle(arm->setpoint.q, arm->goal.q);
     double part = 1;
     if (way > ARM_SPEED * dt * SLACK) part = ARM_SPEED * dt / way;
     if (turn * part > OM_WORLD_MAX_TURN * dt * SLACK) part = OM_WORLD_MAX_TURN * dt / turn;

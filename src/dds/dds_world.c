@@ -15,8 +15,6 @@
 
 #define COOKIE 0xdd5003u
 #define MAX_FRAMES 128
-#define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
-#define SLACK (1 + 1e-9)  // as in a simulated world
 #define SAME_TIME 1e-6    // s: stamps count nanoseconds
 #define HOME_TIME 60.0    // s that homing may take
 #define TICK_TIME 10.0    // s that a simulated robot may take for a tick
@@ -97,12 +95,6 @@ static bool is_pose(OmPose p) {
     return om_is_finite3(p.p) && fabs(n - 1) < UNIT;
 }
 
-// Angle of the rotation between two orientations, 0 to pi.
-static double angle_between(OmQuat a, OmQuat b) {
-    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
-}
-
 static bool find_frame(const DdsWorld* w, const char* name, OmPose* pose) {
     *pose = om_pose_identity();
     if (strcmp(name, "world") == 0 || strcmp(name, "/world") == 0) return true;
@@ -168,7 +160,7 @@ static OmStatus take_pose(DdsWorld* w, Limb* l, bool is_late) {
         // a message with the stamp of the last one may be an old one sent again
         if (!is_late && m.time > l->stamp_cp) l->heard = om_clock_now();
         const double jump = om_distance(before.p, l->now.tip.p);
-        const double turn = angle_between(before.q, l->now.tip.q);
+        const double turn = om_quat_angle(before.q, l->now.tip.q);
         if (l->has_cp && l->is_ours && (jump > w->def.max_jump || turn > MAX_TURN))
             return fail(
                 w, "%s: the measured pose jumped by %.0f mm and %.0f degrees; motion has stopped",
@@ -534,27 +526,11 @@ static OmStatus dds_set_jaw(OmWorld* world, int index, double angle) {
     return write_command(w, l->jaw_move, &m);
 }
 
-// The pose after dt of a straight motion, as a simulated world has it.
-static OmPose step_towards(const Limb* l, double dt, bool* is_there) {
-    const OmVec3 way = om_sub(l->goal.p, l->setpoint.p);
-    const double left = om_norm(way), step = l->speed * dt, turn = OM_WORLD_MAX_TURN * dt;
-    double angle = angle_between(l->setpoint.q, l->goal.q);
-    if (angle < SAME_ANGLE) angle = 0;
-    *is_there = left <= step && angle <= turn * SLACK;
-    if (*is_there) return l->goal;
-    OmPose next = l->goal;
-    double part = left > step ? step / left : 1;
-    if (part * angle > turn) part = turn / angle;
-    next.p = om_madd(l->setpoint.p, part, way);
-    if (angle > 0) next.q = om_quat_slerp(l->setpoint.q, l->goal.q, part);
-    return next;
-}
-
 static OmStatus send_goal(DdsWorld* w, int index, double dt) {
     Limb* l = &w->limb[index];
     if (!l->is_moving) return OM_OK;
     bool is_there;
-    const OmPose next = step_towards(l, dt, &is_there);
+    const OmPose next = om_world_straight_step(l->setpoint, l->goal, l->speed, dt, &is_there);
     l->is_moving = !is_there;
     // The goal is in reach, but a point of the path may be out of reach: the arm then stops.
     if (w->head.psm[index] && om_psm_inverse(&l->psm, next, l->q, l->q) < 0) {

@@ -80,12 +80,6 @@ typedef struct Search {
     double other_angle, other_shift;  // the farthest pose that fits as well, from the result
 } Search;
 
-static double angle_between(OmQuat a, OmQuat b) {
-    OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    double s = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    return 2 * atan2(s, fabs(d.w));
-}
-
 static double shift_between(const Search* s, OmPose a, OmPose b) {
     return om_distance(om_pose_apply(a, s->icp.center), om_pose_apply(b, s->icp.center));
 }
@@ -180,7 +174,7 @@ static void add_everywhere(Search* s) {
 // ---- coarse to fine -----------------------------------------------------------------------------------
 
 static bool is_same(const Search* s, OmPose a, OmPose b) {
-    return angle_between(a.q, b.q) < SAME_ANGLE && shift_between(s, a, b) < SAME_SHIFT;
+    return om_quat_angle(a.q, b.q) < SAME_ANGLE && shift_between(s, a, b) < SAME_SHIFT;
 }
 
 // Keep the best `most` distinct fits, in order of cost.
@@ -213,7 +207,7 @@ static OmStatus run_fine(Search* s, int npoint, OmIcpFit* fit) {
         OmPose before = fit->pose;
         run(s, npoint, 30, 1e-6, fit);
         if (shift_between(s, before, fit->pose) < 1e-5 &&
-            angle_between(before.q, fit->pose.q) < 1e-4)
+            om_quat_angle(before.q, fit->pose.q) < 1e-4)
             break;
     }
     return OM_OK;
@@ -240,7 +234,7 @@ static OmStatus search(Search* s) {
 // Note a pose that fits as well as the result, as far as the noise tells.
 static void compare(Search* s, const OmIcpFit* fit) {
     if (!(fit->cost <= AS_GOOD * s->result.cost)) return;
-    s->other_angle = fmax(s->other_angle, angle_between(fit->pose.q, s->result.pose.q));
+    s->other_angle = fmax(s->other_angle, om_quat_angle(fit->pose.q, s->result.pose.q));
     s->other_shift = fmax(s->other_shift, shift_between(s, fit->pose, s->result.pose));
 }
 
@@ -328,7 +322,7 @@ static void give_reasons(const Search* s, OmRegistration* out) {
         say(out, "the shift along (%.2f, %.2f, %.2f) of the model is known to %.2f mm", b.x, b.y,
             b.z, 1e3 * out->sigma_shift);
     if (!def->has_start) return;
-    double angle = angle_between(def->pose_model_scan.q, s->result.pose.q);
+    double angle = om_quat_angle(def->pose_model_scan.q, s->result.pose.q);
     double shift = shift_between(s, def->pose_model_scan, s->result.pose);
     if (angle > 1.2 * def->start_angle + 3 * DEGREE || shift > 1.2 * def->start_shift + 0.003)
         say(out,

@@ -34,6 +34,11 @@ OmQuat om_quat_mul(OmQuat a, OmQuat b) {
     return q;
 }
 
+double om_quat_angle(OmQuat a, OmQuat b) {
+    const OmQuat d = om_quat_mul(om_quat_conj(a), b);
+    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
+}
+
 OmQuat om_quat_normalize(OmQuat q) {
     double n = sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     if (!(n > 0.0) || !isfinite(n)) return om_quat_identity();

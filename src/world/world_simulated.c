@@ -15,8 +15,6 @@
 #define JAW_ON_TISSUE (5.0 * OM_PI / 180.0)  // tissue between the jaws stops them here
 #define JAW_SPEED 3.0                        // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
-#define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
-#define SLACK (1 + 1e-9)  // a goal one step away is reached, also where rounding makes it longer
 #define RCM_HEIGHT 0.13   // m over the board
 #define RCM_OUT 0.045     // m beyond the tissue's edge
 #define PARK_HEIGHT 0.07  // m, height of parked tools
@@ -174,33 +172,11 @@ static OmStatus move_jaw(SimWorld* w, int index, double dt) {
     return OM_OK;
 }
 
-// Angle of the rotation between two orientations, 0 to pi.
-static double angle_between(OmQuat a, OmQuat b) {
-    OmQuat d = om_quat_mul(om_quat_conj(a), b);
-    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
-}
-
-// The pose after `dt` seconds of a straight motion; the slower of translation and rotation limits its speed.
-static OmPose step_towards(const ArmState* arm, double dt, bool* is_there) {
-    OmVec3 way = om_sub(arm->goal.p, arm->set.p);
-    double left = om_norm(way), step = arm->speed * dt;
-    double angle = angle_between(arm->set.q, arm->goal.q), turn = OM_WORLD_MAX_TURN * dt;
-    if (angle < SAME_ANGLE) angle = 0;
-    *is_there = left <= step && angle <= turn * SLACK;
-    if (*is_there) return arm->goal;
-    OmPose next = arm->goal;
-    double part = left > step ? step / left : 1;  // of the distance that is left
-    if (part * angle > turn) part = turn / angle;
-    next.p = om_madd(arm->set.p, part, way);
-    if (angle > 0) next.q = om_quat_slerp(arm->set.q, arm->goal.q, part);
-    return next;
-}
-
 static OmStatus move_arm(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     if (arm->is_moving) {
         bool is_there;
-        OmPose next = step_towards(arm, dt, &is_there);
+        OmPose next = om_world_straight_step(arm->set, arm->goal, arm->speed, dt, &is_there);
         arm->is_moving = !is_there;
         const OmPose tip = true_pose(w, index, next);
         // The goal is in reach, but a point of the path may be out of reach: the arm then stops.

@@ -116,8 +116,22 @@ static void inverses(void** state) {
     assert_near(om_norm(om_orthogonal(n)), 1, 1e-15);
 }
 
+// Turns about one axis differ by the difference of their angles, also small ones, and q and -q are one orientation.
+static void test_angle_between(void** state) {
+    (void)state;
+    const OmVec3 axis = om_normalize(om_vec3(1, -2, 0.5));
+    const OmQuat a = om_quat_axis_angle(axis, 0.4);
+    for (double turn = 1e-9; turn < 3; turn *= 10) {
+        OmQuat b = om_quat_axis_angle(axis, 0.4 + turn);
+        assert_near(om_quat_angle(a, b), turn, 1e-15 + 1e-9 * turn + 2e-16);
+        b = (OmQuat){-b.x, -b.y, -b.z, -b.w};
+        assert_near(om_quat_angle(b, a), turn, 1e-15 + 1e-9 * turn + 2e-16);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_angle_between),
         cmocka_unit_test(quaternions_are_rotations),
         cmocka_unit_test(half_turns_survive_the_matrix),
         cmocka_unit_test(poses_compose_and_invert),
