@@ -146,11 +146,13 @@ def run(ax: Any, samples: dict[str, np.ndarray], title: str) -> Any:
     return ax
 
 
-def add_vertex_data(grid: Any, attached: Any, held_by: Any, rest: np.ndarray, x: np.ndarray) -> Any:
-    """What a deformed grid of PyVista carries: attached, held_by, displacement (m)."""
-    grid.point_data["attached"] = np.asarray(attached).astype(np.uint8)
-    grid.point_data["held_by"] = np.asarray(held_by).astype(np.int8)
-    grid.point_data["displacement"] = np.asarray(x) - rest
+def deformed_grid(body: Any, grid: Any, measures: Any) -> Any:
+    """The grid of PyVista of a body's present shape with what it carries: attached, held_by, displacement (m), and measures of elements."""
+    for name in measures:
+        grid.cell_data[name] = body.measure(name)
+    grid.point_data["attached"] = np.asarray(body.attached).astype(np.uint8)
+    grid.point_data["held_by"] = np.asarray(body.held_by).astype(np.int8)
+    grid.point_data["displacement"] = np.asarray(body.x) - body.mesh.x
     return grid
 
 

@@ -363,11 +363,8 @@ class Body(Owner):
         """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements.
         `body.site.organ.to_pyvista()` is the organ."""
         self._c  # noqa: B018 - a closed one draws nothing
-        mesh = self.mesh
-        grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
-        for name in measures:
-            grid.cell_data[name] = self.measure(name)
-        return _plot.add_vertex_data(grid, self.attached, self.held_by, mesh.x, self.x)
+        moved = TetMesh(self.x.copy(), self.mesh.tet, self.mesh.label, self.mesh.sets)
+        return _plot.deformed_grid(self, moved.to_pyvista(), measures)
 
     def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
         """A measure of every element (ntet), as of Tissue.measure."""

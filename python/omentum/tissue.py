@@ -399,11 +399,8 @@ class Tissue(Owner):
     def to_pyvista(self, *measures: str) -> Any:
         """The present shape as a pyvista.UnstructuredGrid, with attached, held_by, displacement (m), and measures of the elements."""
         self._c  # noqa: B018 - a closed one draws nothing
-        mesh = self.mesh
-        grid = TetMesh(self.x.copy(), mesh.tet, mesh.label, mesh.sets).to_pyvista()
-        for name in measures:
-            grid.cell_data[name] = self.measure(name)
-        return _plot.add_vertex_data(grid, self.attached, self.held_by, mesh.x, self.x)
+        moved = TetMesh(self.x.copy(), self.mesh.tet, self.mesh.label, self.mesh.sets)
+        return _plot.deformed_grid(self, moved.to_pyvista(), measures)
 
     def energy(self) -> c.OmTissueEnergy:
         """elastic, kinetic, gravity, spring: J."""

@@ -11,13 +11,16 @@
 #include "base/base_blas.h"
 #include "solve/solve_internal.h"
 
+typedef int LuIndex;
+#include "solve/solve_lu_pattern.h"
+
 #define PIVOT 0.01    // a diagonal entry above this share of its column is the pivot
 #define NREFINE 2     // steps of refinement of a solution
 #define PANEL_WAYS 2  // sp_ienv: its parameters of panels and of relaxed supernodes
 
 struct OmLu {
     int n, nentry;
-    int *begin, *row;              // of the transpose (n + 1), (nentry)
+    LuIndex *begin, *row;          // of the transpose (n + 1), (nentry)
     double* value;                 // (nentry)
     int* order;                    // of elimination, by CHOLMOD (n)
     int *perm_c, *perm_r, *etree;  // of SuperLU (n)
@@ -31,20 +34,6 @@ static void drop_factors(OmLu* lu) {
     Destroy_SuperNode_Matrix(&lu->L);
     Destroy_CompCol_Matrix(&lu->U);
     lu->has_factors = false;
-}
-
-static void fill_pattern(const OmBsr* A, OmLu* lu) {
-    int at = 0;
-    for (int i = 0; i < A->nvert; ++i) {
-        int nlower = om__row_count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
-        for (int r = 0; r < 3; ++r) {
-            lu->begin[3 * i + r] = at;
-            for (int m = 0; m < num; ++m)
-                for (int c = 0; c < 3; ++c)
-                    lu->row[at++] = 3 * A->col[om__row_block(A, i, m, nlower)] + c;
-        }
-    }
-    lu->begin[lu->n] = at;
 }
 
 OmStatus om__lu_create(const OmBsr* A, OmLu** out) {
@@ -64,7 +53,7 @@ OmStatus om__lu_create(const OmBsr* A, OmLu** out) {
     OM_ALLOC_DONE(lu->etree, lu->n);
     OM_ALLOC_DONE(lu->x, lu->n);
     OM_ALLOC_DONE(lu->r, lu->n);
-    fill_pattern(A, lu);
+    om__lu_fill_pattern(A, lu->begin, lu->row);
     OM_TRY_DONE(om__find_order(A, lu->order));
     *out = lu;
 done:

@@ -9,11 +9,14 @@
 #include "base/base_blas.h"
 #include "solve/solve_internal.h"
 
+typedef SuiteSparse_long LuIndex;
+#include "solve/solve_lu_pattern.h"
+
 struct OmLu {
     int n;
-    SuiteSparse_long *begin, *row;  // (n + 1), (entries)
-    double* value;                  // (entries)
-    double* y;                      // a solution (n)
+    LuIndex *begin, *row;  // (n + 1), (entries)
+    double* value;         // (entries)
+    double* y;             // a solution (n)
     void *symbolic, *numeric;
     double control[UMFPACK_CONTROL];
 };
@@ -25,20 +28,6 @@ static OmStatus status_of(SuiteSparse_long code, const char* what) {
     if (code == UMFPACK_ERROR_out_of_memory)
         return om_error(OM_NO_MEMORY, "UMFPACK %s: not enough memory for the factors", what);
     return om_error(OM_INVALID, "UMFPACK %s: status %d", what, (int)code);
-}
-
-static void fill_pattern(const OmBsr* A, OmLu* lu) {
-    SuiteSparse_long at = 0;
-    for (int i = 0; i < A->nvert; ++i) {
-        int nlower = om__row_count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
-        for (int r = 0; r < 3; ++r) {
-            lu->begin[3 * i + r] = at;
-            for (int m = 0; m < num; ++m)
-                for (int c = 0; c < 3; ++c)
-                    lu->row[at++] = 3 * A->col[om__row_block(A, i, m, nlower)] + c;
-        }
-    }
-    lu->begin[lu->n] = at;
 }
 
 OmStatus om__lu_create(const OmBsr* A, OmLu** out) {
@@ -54,7 +43,7 @@ OmStatus om__lu_create(const OmBsr* A, OmLu** out) {
     OM_ALLOC_DONE(lu->row, 9 * (size_t)A->nblock);
     OM_CALLOC_DONE(lu->value, 9 * (size_t)A->nblock);
     OM_ALLOC_DONE(lu->y, lu->n);
-    fill_pattern(A, lu);
+    om__lu_fill_pattern(A, lu->begin, lu->row);
     OM_TRY_DONE(status_of(umfpack_dl_symbolic(lu->n, lu->n, lu->begin, lu->row, NULL, &lu->symbolic,
                                               lu->control, NULL),
                           "analyse"));

@@ -189,24 +189,36 @@ static void a_tick_waits(void** unused) {
     end(&s);
 }
 
+// A robot by the wall clock, a world that drives it, and a link of somebody else.
+static OmWorld* begin_real(Served* s, Link** other) {
+    const OmDdsDef dds = make_dds();
+    begin(s, false, INFINITY);
+    OmWorld* world = connect_world(s, BUSY);
+    assert_ok(om_world_reset(world));
+    assert_false(world->waits);
+    assert_ok(om_world_advance(world, DT));
+    assert_ok(om__link_create(&dds, other));
+    return world;
+}
+
+// Advance until the world stops, for 4 s at most.
+static OmStatus drive(OmWorld* world) {
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 200 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    return status;
+}
+
 // A state that another client changes, and a robot that goes away, stop the world with a sentence that stays.
 static void stops(void** unused) {
     (void)unused;
     Served s;
-    begin(&s, false, INFINITY);
-    OmWorld* world = connect_world(&s, BUSY);
     Link* other;
     int id;
-    const OmDdsDef dds = make_dds();
-    assert_ok(om_world_reset(world));
-    assert_false(world->waits);
-    assert_ok(om_world_advance(world, DT));
-    assert_ok(om__link_create(&dds, &other));
+    OmWorld* world = begin_real(&s, &other);
     assert_ok(om__link_add(other, LINK_OUT, LINK_STAMPED, "PSM2/state_command", 1, &id));
     while (om__link_count(other, id) == 0) om__link_wait(other, 0.01);
     assert_ok(om__link_write(other, id, &(LinkMessage){.text = "pause"}));
-    OmStatus status = OM_OK;
-    for (int k = 0; k < 100 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    const OmStatus status = drive(world);
     assert_int_equal(status, OM_IO);
     assert_non_null(strstr(om_error_message(), "PSM2 is PAUSED"));
     assert_status(om_world_set_jaw(world, 0, 0), OM_IO);
@@ -256,18 +268,12 @@ static void lies(void** unused) {
 static void two_robots(void** unused) {
     (void)unused;
     Served s;
-    begin(&s, false, INFINITY);
-    OmWorld* world = connect_world(&s, BUSY);
     Link* other;
     int id;
-    const OmDdsDef dds = make_dds();
-    assert_ok(om_world_reset(world));
-    assert_ok(om_world_advance(world, DT));
-    assert_ok(om__link_create(&dds, &other));
+    OmWorld* world = begin_real(&s, &other);
     assert_ok(
         om__link_add(other, LINK_OUT | LINK_LATCHED, LINK_STATE, "PSM2/operating_state", 1, &id));
-    OmStatus status = OM_OK;
-    for (int k = 0; k < 200 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    const OmStatus status = drive(world);
     assert_int_equal(status, OM_IO);
     assert_non_null(strstr(om_error_message(), "PSM2: 2 robots answer on domain"));
     om_world_destroy(world);
@@ -288,8 +294,7 @@ static void gone(void** unused) {
     om_job_cancel(s.job);
     om_job_join(s.job);
     s.job = NULL;
-    OmStatus status = OM_OK;
-    for (int k = 0; k < 100 && status == OM_OK; ++k) status = om_world_advance(world, DT);
+    const OmStatus status = drive(world);
     assert_int_equal(status, OM_IO);
     assert_non_null(strstr(om_error_message(), "measured_cp: nothing for"));
     om_world_destroy(world);
