@@ -1,5 +1,5 @@
-// solve_lu_pattern.h: rows of blocks as compressed columns, for UMFPACK and for SuperLU. They count with other integers:
-// the file that includes this defines LuIndex before.
+// solve_lu_pattern.h: rows of blocks as compressed columns, for UMFPACK and for SuperLU. They count with other
+// integers: the file that includes this defines LuIndex before.
 #ifndef OMENTUM_SOLVE_LU_PATTERN_H
 #define OMENTUM_SOLVE_LU_PATTERN_H
 
