@@ -3,10 +3,12 @@
 // Cells run from pale to dark blue with their value; the number in a cell is dark on pale and white on dark, in light
 // mode and in dark mode. A cell without a value is grey and holds a word. A frame marks a cell, a double one another.
 #include <math.h>
+#include <string.h>
 
 #include "report/report_internal.h"
 
-enum { CELL_X = 62, CELL_Y = 44, LEFT = 34, TOP = 6, BOTTOM = 40, MAX_SIDE = 64 };
+// CHAR: width of a letter of the axes, px, on the safe side
+enum { CELL_X = 62, CELL_Y = 44, LEFT = 34, TOP = 6, BOTTOM = 40, CHAR = 8, MAX_SIDE = 64 };
 
 // From 0 (pale) to 1.
 static void color_of(double s, int rgb[3]) {
@@ -46,9 +48,15 @@ static void put_axes(OmReport* r, const OmReportMap* m) {
     for (int iy = 0; iy < m->ny; ++iy)
         PUT(r, "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%d</text>", LEFT - 6,
             TOP + (m->ny - 1 - iy) * CELL_Y + CELL_Y / 2 + 4, iy + 1);
-    PUT(r, "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">", LEFT + m->nx * CELL_X, bottom + 32);
+    PUT(r, "<text x=\"0\" y=\"%d\">", bottom + 32);
     om__report_escape(r, m->axes ? m->axes : "");
     PUT(r, "</text>\n");
+}
+
+// Of the picture: of the cells, or of the words below them where these are wider.
+static int width_of(const OmReportMap* m) {
+    const int cells = LEFT + m->nx * CELL_X + 4, words = m->axes ? CHAR * (int)strlen(m->axes) : 0;
+    return words > cells ? words : cells;
 }
 
 void om_report_map(OmReport* r, const OmReportMap* m) {
@@ -62,7 +70,7 @@ void om_report_map(OmReport* r, const OmReportMap* m) {
     om__report_escape(r, m->title);
     PUT(r,
         "</span></figcaption>\n<svg viewBox=\"0 0 %d %d\" style=\"max-width:%dpx\" role=\"img\" aria-label=\"",
-        LEFT + m->nx * CELL_X + 4, TOP + m->ny * CELL_Y + BOTTOM, LEFT + m->nx * CELL_X + 4);
+        width_of(m), TOP + m->ny * CELL_Y + BOTTOM, width_of(m));
     om__report_escape(r, m->title);
     PUT(r, "\">\n");
     for (int iy = 0; iy < m->ny; ++iy)

@@ -52,6 +52,24 @@ static void numbers_stand_in_their_cells(void** unused) {
     om_report_done(&r);
 }
 
+// Words that are wider than the cells widen the picture, and begin at its left edge.
+static void words_below_are_not_cut(void** unused) {
+    (void)unused;
+    static const double value[1] = {1};
+    const char* axes = "x to the right, y upwards; PSM1 at the lower edge";
+    const OmReportMap m = {
+        .title = "one", .axes = axes, .nx = 1, .ny = 1, .value = value, .most = 1};
+    OmReport r;
+    int width, x, y;
+    om_report_begin(&r, "map", NULL);
+    om_report_map(&r, &m);
+    assert_int_equal(sscanf(strstr(r.html.str, "viewBox"), "viewBox=\"0 0 %d", &width), 1);
+    find(r.html.str, axes, &x, &y);
+    assert_int_equal(x, 0);
+    assert_true(width > 6 * (int)strlen(axes));  // letters of 11 px are 5 to 6 px wide
+    om_report_done(&r);
+}
+
 static void a_map_needs_cells(void** unused) {
     (void)unused;
     const OmReportMap m = {.title = "none"};
@@ -65,6 +83,7 @@ static void a_map_needs_cells(void** unused) {
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(numbers_stand_in_their_cells),
+        cmocka_unit_test(words_below_are_not_cut),
         cmocka_unit_test(a_map_needs_cells),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
