@@ -70,10 +70,11 @@ figures: ## copy README's figures from doc/figures.md; list the figures whose co
 pictures: build ## the pictures of doc/view.md, made again in Chromium (needs node, build/node as in .ci/run)
 	@NODE_PATH=build/node/node_modules node test/view/pictures.js $(RELEASE)/bin/omentum scenes doc/images
 
-doc: ## the API reference from the headers, in build/doc/html (needs doxygen)
+doc: build ## the site: pages, gallery, tutorials, commands, headers; build/doc/html/index.html (needs doxygen)
 	@command -v doxygen > /dev/null || { echo "make doc: doxygen is missing; install the package doxygen" >&2; exit 1; }
-	@mkdir -p build && rm -rf build/doc
+	@rm -rf build/doc && python3 tools/site_pages.py $(CLI) build/doc/pages
 	@OM_VERSION=$$(sed -n 's/^#define OM_VERSION "\(.*\)"/\1/p' include/omentum/base.h) doxygen doc/Doxyfile
+	@python3 tools/site_finish.py build/doc/html
 	@echo "build/doc/html/index.html"
 
 install: build ## install into PREFIX (default /usr/local), below DESTDIR

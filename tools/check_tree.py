@@ -7,13 +7,14 @@ Layers: each room has a floor; a file includes headers of lower floors only, bes
 inside a floor listed below. The studies are no room of the library: they include its public headers and their own,
 and the program alone includes theirs. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
-Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
+Public functions that may fail document their statuses. Links of the documentation lead to files and headings. No trailing comment
 splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES). The head of a .c
 file is short, comments name no case of a study, lines of pages are below 200 characters, and an unreleased version has
 a short change log.
 Ballast: no file of the repository is above 1 MB outside weights/, and none lies in a cache folder.
 """
 import collections
+import json
 import os
 import pathlib
 import re
@@ -105,6 +106,22 @@ def blank(match):
 def strip_comments(text):
     pattern = r"//(?:\\\n|[^\n])*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'"
     return re.sub(pattern, blank, text, flags=re.S)
+
+
+def slug(heading):
+    """The anchor of a heading, as GitHub makes it."""
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+def page_anchors(text):
+    """The anchors of a page; a heading that comes again has -1, -2, ..."""
+    found, seen = set(), collections.Counter()
+    for heading in re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.S), flags=re.M):
+        name = slug(heading)
+        found.add(f"{name}-{seen[name]}" if seen[name] else name)
+        seen[name] += 1
+    return found
 
 
 def functions(stripped):
@@ -335,15 +352,28 @@ class Tree:
                 self.errors.append(f"{where}: file names are unique in the tree")
 
     def check_links(self):
-        """What a page of the documentation points to is there."""
-        pages = [p for f in (".", "doc", "doc/notes", "samples") for p in sorted((self.root / f).glob("*.md"))]
-        for path in pages:
-            text = re.sub(r"```.*?```", lambda m: "\n" * m.group(0).count("\n"), path.read_text(encoding="utf-8"),
-                          flags=re.S)
+        """What a page or a notebook points to is there: files, pictures, and headings of pages."""
+        tracked = [self.root / name for name in self.tracked() if name.endswith((".md", ".ipynb"))]
+        anchors = {}
+        for path in tracked:
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".ipynb":
+                cells = [c for c in json.loads(text)["cells"] if c["cell_type"] == "markdown"]
+                text = "\n".join("".join(c["source"]) for c in cells)
+            text = re.sub(r"```.*?```", lambda m: "\n" * m.group(0).count("\n"), text, flags=re.S)
             for number, line in enumerate(text.split("\n"), 1):
-                for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", line):
-                    if "://" not in target and not (path.parent / target).exists():
-                        self.error(path, number, f"the link to {target} leads nowhere")
+                for target in re.findall(r"\]\(([^)\s]+)[^)]*\)", re.sub(r"`[^`]*`", "", line)):
+                    file, _, anchor = target.partition("#")
+                    to = path.parent / file if file else path
+                    if "://" in target or target.startswith("mailto:"):
+                        continue
+                    if not to.exists():
+                        self.error(path, number, f"the link to {file} leads nowhere")
+                    elif anchor and to.suffix == ".md":
+                        if to not in anchors:
+                            anchors[to] = page_anchors(to.read_text(encoding="utf-8"))
+                        if anchor not in anchors[to]:
+                            self.error(path, number, f"the link to {target} leads to no heading")
 
     def check_returns(self):
         """The comment of a public function that may fail names its statuses after @return."""

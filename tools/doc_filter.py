@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What Doxygen reads in place of a header or a page (doc/Doxyfile, FILTER_PATTERNS); writes to standard output.
+"""What Doxygen reads in place of a header (doc/Doxyfile, FILTER_PATTERNS); writes to standard output.
 
 The headers write the meaning of a field as a plain comment behind it. Here such comments become Doxygen's:
 
@@ -8,9 +8,7 @@ The headers write the meaning of a field as a plain comment behind it. Here such
     typedef struct OmView {  // x  ->  the comment moves above the struct
     the first empty line           ->  @file: the comment at the top is the file's, not the first macro's
 
-Lines are neither added nor removed, so that line numbers of warnings stay right. In pages a link to another
-README.md becomes plain words, because Doxygen takes each README.md for a main page; so does a link to CONTRIBUTING.md,
-which it does not read.
+Lines are neither added nor removed, so that line numbers of warnings stay right.
 """
 import re
 import sys
@@ -47,10 +45,7 @@ def main():
     path = sys.argv[1]
     with open(path, encoding="utf-8") as file:
         lines = file.read().split("\n")
-    if path.endswith(".h"):
-        lines = header(lines)
-    else:
-        lines = (re.sub(r"\[([^]]*)\]\([./a-z]*(?:README|CONTRIBUTING)\.md(?:#\w+)?\)", r"\1", line) for line in lines)
+    lines = header(lines)
     sys.stdout.write("\n".join(lines))
 
 

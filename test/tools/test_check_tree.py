@@ -183,9 +183,22 @@ class Rules(unittest.TestCase):
 
     def test_links(self):
         page = "[a](doc/a.md), [b](https://x.org/y), [c](d)\n```\n[e](f.md)\n```\n"
-        self.assertEqual(self.check({"README.md": "[a](doc/a.md#top)\n", "doc/a.md": "[up](../README.md)\n"}), [])
+        self.assertEqual(self.check({"README.md": "[a](doc/a.md#the-top), `[b](c)`\n", "doc/a.md": "## The top!\n[up](../README.md)\n"}), [])
         self.assert_breaks({"README.md": "\n[a](doc/b.md)\n", "doc/a.md": ""}, "README.md:2", "leads nowhere")
         self.assert_breaks({"README.md": page, "doc/a.md": ""}, "README.md:1", "the link to d leads nowhere")
+        self.assert_breaks({"doc/notes/a.md": "![a](b.png)\n"}, "doc/notes/a.md:1", "b.png leads nowhere")
+
+    def test_links_to_headings(self):
+        page = "# One\n## Two `a_b`, [c](#one)\n## One\n```\n# three\n```\n"
+        links = "[a](doc/a.md#one) [b](doc/a.md#one-1) [c](doc/a.md#two-a_b-c)\n"
+        self.assertEqual(self.check({"README.md": links, "doc/a.md": page}), [])
+        for wrong in ("three", "one-2", "Two"):
+            self.assert_breaks({"README.md": f"[a](doc/a.md#{wrong})\n", "doc/a.md": page}, "README.md:1", "leads to no heading")
+
+    def test_links_of_notebooks(self):
+        cell = '{"cells": [{"cell_type": "KIND", "source": ["a\\n", "[b](c.ipynb)"]}]}'
+        self.assert_breaks({"python/notebooks/a.ipynb": cell.replace("KIND", "markdown")}, "a.ipynb:2", "c.ipynb leads nowhere")
+        self.assertEqual(self.check({"python/notebooks/a.ipynb": cell.replace("KIND", "code")}), [])
 
     def test_comments_do_not_split_declarations(self):
         self.assert_breaks({"src/fem/fem_a.c": "int a;\ndouble\n    b;  // long\n"}, "fem_a.c:2", "splits this declaration")

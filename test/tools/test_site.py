@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""The site of `make doc` without Doxygen: how pages are rewritten, and what the check of the finished pages finds."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import site_finish  # noqa: E402
+import site_pages  # noqa: E402
+
+
+class Pages(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        site_pages.ROOT, root = pathlib.Path(self.folder.name).resolve(), site_pages.ROOT
+        self.addCleanup(setattr, site_pages, "ROOT", root)
+        self.site = site_pages.Site("none", site_pages.ROOT / "out")
+        self.site.out.mkdir()
+
+    def page(self, files, name):
+        for path, text in files.items():
+            path = site_pages.ROOT / path
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        self.site.markdown(site_pages.ROOT / next(iter(files)))
+        return self.site.written[name]
+
+    def test_links_lead_to_pages(self):
+        text = self.page({"doc/a.md": "# A\n[b](notes/b.md#two-words), `[b](c)`, [`d`](d.c), [e](https://e.org/f)\n", "doc/notes/b.md": "", "doc/d.c": ""}, "a")
+        self.assertIn('<a href="notes_b.html#notes_b_two_words">b</a>, `[b](c)`, <a href="d_c.html">`d`</a>, <a href="https://e.org/f">e</a>', text)
+        self.assertEqual([p.name for p in self.site.wanted], ["b.md", "d.c"])
+
+    def test_dead_link(self):
+        with self.assertRaises(SystemExit) as stop:
+            self.page({"doc/a.md": "# A\n[b](b.md)\n"}, "a")
+        self.assertEqual(str(stop.exception), "doc/a.md: the link to b.md leads nowhere")
+
+    def test_headings_have_anchors(self):
+        text = self.page({"doc/a.md": "# A\n### One, two\n```\n# no\n```\n## One two\n![p](images/p.png)\n"}, "a")
+        self.assertEqual(text, "# A {#a}\n\n## One, two {#a_one_two}\n```text\n# no\n```\n## One two {#a_one_two_1}\n![p](p.png)\n\n")
+
+    def test_notebook(self):
+        cells = [{"cell_type": "markdown", "source": ["# Lift\n", "see `other.ipynb`"]},
+                 {"cell_type": "code", "source": ["print(1 < 2)"], "outputs": [{"output_type": "stream", "text": ["a < b\n"]},
+                     {"output_type": "display_data", "data": {"image/png": "aGFsbG8=", "text/plain": ["x"]}}]}]
+        path = site_pages.ROOT / "notebooks/lift.ipynb"
+        path.parent.mkdir()
+        path.write_text(json.dumps({"cells": cells}))
+        self.site.notebook(path)
+        text = self.site.written["notebooks_lift"]
+        self.assertTrue(text.startswith("# Lift {#notebooks_lift}"))
+        for part in ("```python\nprint(1 < 2)\n```", '<pre class="output">a &lt; b</pre>', 'src="notebooks_lift_0.png"', 'href="notebooks_other.html"'):
+            self.assertIn(part, text)
+        self.assertEqual((self.site.out / "notebooks_lift_0.png").read_bytes(), b"hallo")
+
+    def test_help_loses_no_option(self):
+        page = "omentum a: b\n\nUsage: omentum a X [options]\n\nWords of\ntwo lines.\n\nOptions (also --name=value):\n  --one, -o DIR    a|b, 5 % (default: 1)\n" \
+            "  --two            c\n\nExamples:\n  omentum a x\n"
+        text = "\n".join(self.site.verb(page))
+        for part in ("omentum a X [options]", "Words of two lines.", "a\\|b, 5 \\% (default: 1)", "<code>\\--two</code> | c", "```text\nomentum a x\n```"):
+            self.assertIn(part, text)
+
+
+class Finish(unittest.TestCase):
+    def run_on(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in files.items():
+                pathlib.Path(folder, name).write_text(text)
+            done = subprocess.run([sys.executable, "-B", ROOT / "tools/site_finish.py", folder], capture_output=True, text=True)
+            found = pathlib.Path(folder, "search.js")
+            entries = json.loads(found.read_text().removeprefix("siteIndex=").rstrip(";\n"))
+            return done, entries, sorted(p.name for p in pathlib.Path(folder).iterdir())
+
+    def test_good_site(self):
+        done, entries, files = self.run_on({
+            "index.html": '<title>omentum: Start</title><nav>menu</nav><a href="b.html#place">b</a><img src="p.png"><p>hello</p>',
+            "b.html": '<title>omentum: B</title><h1><a class="anchor" id="place"></a>\nHead</h1><p>words</p>', "p.png": "", "left_over.js": ""})
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertEqual(files, ["b.html", "index.html", "p.png", "search.js"])
+        self.assertIn(["b.html#place", "B", "Head", "words"], entries)
+        self.assertFalse(any("menu" in e[3] for e in entries))
+
+    def test_dead_links(self):
+        for link in ("c.html", "b.html#nothing", "p.png"):
+            done, _, _ = self.run_on({"index.html": f'<a href="b.html">b</a> <a href="{link}">c</a>', "b.html": '<h1 id="place">x</h1>'})
+            self.assertEqual(done.returncode, 1, link)
+            self.assertIn(link.split("#")[0], done.stdout.split("\n")[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
