@@ -6,7 +6,6 @@
 #ifndef OMENTUM_BELIEF_H
 #define OMENTUM_BELIEF_H
 
-#include "omentum/belief_modulus.h"
 #include "omentum/belief_monitor.h"
 #include "omentum/belief_update.h"
 
@@ -37,9 +36,6 @@ typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
 typedef struct OmBeliefRecord {  // of one operation
     // Factor on the twin's forces, learnt where the arms measure force; 1: nothing was learnt.
     double force_factor;
-    // Factor on the twin's Young's modulus, and times that it was learnt anew; 1: nothing was learnt.
-    double young_factor;
-    int nmodulus;
     int nmonitor;      // frames compared with the twin
     int nwarning[3];   // times that the warning state rose to 1, 2, 3
     double mu_max;     // m, while tissue was held; 0 without a monitor

@@ -64,12 +64,6 @@ OM_API OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site)
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_match_create(const OmMatchDef* def, OmMatch** match);
 OM_API void om_match_destroy(OmMatch* match);
-/// Multiply the site's Young's modulus by `factor`, where it has been learnt that the tissue has another one; 1: the
-/// site's. Attachments, grasps, contact, and the springs that pull the twin onto a scan keep their stiffness. Not while
-/// an update runs.
-/// @return OM_OK; OM_INVALID (not above 0) or OM_NO_MEMORY: nothing has changed
-OM_API OmStatus om_match_set_young(OmMatch* match, double factor);
-
 typedef struct OmMatchView {  // constant, valid until om_match_destroy
     // Of the site; where the twin's elements are quadratic refined, with the midpoints of edges behind the site's
     // vertices as in om_tissue_mesh. Arrays of vertices here are of this mesh.

@@ -15,7 +15,6 @@
 #include "omentum/base.h"
 #include "omentum/base_job.h"
 #include "omentum/belief.h"
-#include "omentum/belief_modulus.h"
 #include "omentum/belief_monitor.h"
 #include "omentum/belief_update.h"
 #include "omentum/body.h"

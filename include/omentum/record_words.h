@@ -33,9 +33,6 @@ OM_API OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* event, 
 /// blank.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_force(double factor, OmText* text);
-/// The Young's modulus that the twin has learnt (OmBeliefRecord.young_factor); begins with a blank.
-/// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_words_modulus(double factor, OmText* text);
 /// What a person demanded.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_command(const OmLoop* loop, const OmLoopCommand* command, OmText* text);

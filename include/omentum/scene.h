@@ -240,9 +240,6 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     char network[OM_SCENE_PATH];
     // An estimate is adopted only if the updated twin is closer to what the camera sees; default true.
     bool is_checked;
-    // Young's modulus of the twin is learnt from measured pulls (belief_modulus.h), also where is_enabled is false. It
-    // needs arms that measure force; default false.
-    bool learns_modulus;
 } OmSceneUpdate;
 
 typedef enum OmMonitorRegion {  // whose points are compared after the first grasp

@@ -6,7 +6,7 @@
 #include "belief/belief_state.h"
 
 OmStatus om__belief_begin(Belief* b, const OmExposure* exposure) {
-    b->record->force_factor = b->record->young_factor = 1;
+    b->record->force_factor = 1;
     b->attempt_distance = om__grid_length(b->grid, ATTEMPT_DISTANCE);
     b->is_corrected = b->updater != NULL;
     b->clock_last = -HUGE_VAL;
@@ -14,7 +14,6 @@ OmStatus om__belief_begin(Belief* b, const OmExposure* exposure) {
     OM_TRY(om_match_adoption_create(om_body_site(b->twin)->mesh.nvert, &b->adoption));
     OM_TRY(om__doubt_create(b));
     OM_TRY(om__follow_create(b));
-    if (b->modulus) OM_TRY(om__modulus_begin(b->modulus));
     if (!b->monitor) return OM_OK;
     om_monitor_reset(b->monitor);
     b->monitor_settings = *om_monitor_settings(b->monitor);

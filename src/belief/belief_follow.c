@@ -65,7 +65,6 @@ OmStatus om__follow_begin(Belief* belief, bool* has_begun) {
     OM_TRY(om_match_adoption_follow(belief->adoption, belief->twin, belief->increment,
                                     OM_MATCH_ADOPT_TIME));
     om__force_reset(belief);
-    om__modulus_drop(belief);
     om__act_stop(belief->act);
     belief->is_waiting = belief->has_followed = *has_begun = true;
     return OM_OK;

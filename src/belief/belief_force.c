@@ -7,7 +7,7 @@
 //
 // It is a factor of the force, not of the modulus: a lifted sheet bends under its weight, so that its pull is not
 // proportional to the modulus. With a truth of 0.4 times the twin's modulus the small sheet of test_belief_force pulls
-// with 0.84 of the twin's force. The modulus itself is learnt by belief_modulus.c, by setting. A filter that forgets
+// with 0.84 of the twin's force. A filter that forgets
 // with a time constant of 2 s was noisier and no faster.
 #include "belief/belief_state.h"
 

@@ -111,7 +111,6 @@ static OmStatus begin_record(Belief* belief) {
 static OmStatus start_estimate(Belief* belief) {
     OmUpdater* u = belief->updater;
     belief->is_of_fold = belief->warn.has_dragged;
-    OM_TRY(om__modulus_tell_match(belief));
     OM_TRY(begin_record(belief));
     OM_TRY(om__updater_start(u, belief->act->tick, belief->act->time));
     OmUpdateEvent event = make_event(belief, OM_UPDATE_STARTED, u->nestimate - 1);
@@ -163,7 +162,6 @@ static OmStatus adopt(Belief* belief) {
     om__doubt_note(belief, u->estimate.attached);
     om__belief_forget_exposure(belief);
     om__force_reset(belief);
-    om__modulus_drop(belief);
     OM_TRY_DONE(end_record(belief, OM_UPDATE_ADOPTED, "", was));
 done:
     om_free(was);

@@ -20,7 +20,6 @@ typedef struct BeliefHost {
     OmStatus (*on_update)(void* ctx, const OmUpdateEvent* event);
     OmStatus (*on_warning)(void* ctx, int was);                    // the warning state changed
     void (*on_alarm)(void* ctx, OmHold hold, const char* reason);  // a person must decide
-    OmStatus (*on_young)(void* ctx, double factor);  // the twin has taken this factor over
     void (*on_pause)(void* ctx);                     // the arms stood still while this computed
 } BeliefHost;
 
@@ -33,7 +32,6 @@ typedef struct Belief {
     Act* act;
     OmUpdater* updater;      // null: none
     OmMonitor* monitor;      // null: none
-    OmModulus* modulus;      // null: none
     OmBeliefRecord* record;  // written
     BeliefHost host;
     double max_age;      // s, of a picture; 0: not watched
@@ -174,18 +172,9 @@ OmStatus om__follow_begin(Belief* belief, bool* has_begun);
 OmStatus om__follow_drop(Belief* belief);                   // the tissue is released
 bool om__follow_is_fixed(const Belief* belief, int block);  // as om__grid_is_fixed of the twin
 
-// ---- forces and modulus (belief_force.c, belief_modulus.c) ---------------------------------------------------------
+// ---- forces (belief_force.c) ---------------------------------------------------------------------------------------
 
 void om__force_add(Belief* belief, const OmObservation* obs, const OmBodyForces* twin);
 void om__force_reset(Belief* belief);
-
-// Nothing happens without OmLoopDef.modulus.
-OmStatus om__modulus_begin(OmModulus* modulus);  // of a loop
-// After a step of the twin: record it, and take the next step of a change of the modulus.
-OmStatus om__modulus_step(Belief* belief, const OmObservation* obs, const OmBodyForces* twin);
-OmStatus om__modulus_learn(Belief* belief);             // after an action that moved held tissue
-OmStatus om__modulus_tell_match(const Belief* belief);  // before an estimate starts
-// The twin's attachments change: the record says nothing.
-void om__modulus_drop(Belief* belief);
 
 #endif

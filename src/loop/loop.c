@@ -167,11 +167,6 @@ static void note_alarm(void* ctx, OmHold hold, const char* reason) {
     om__loop_alarm(ctx, hold, "%s", reason);
 }
 
-static OmStatus note_young(void* ctx, double factor) {
-    OmLoop* loop = ctx;
-    return loop->ahead ? om__ahead_set_young(loop->ahead, factor) : OM_OK;
-}
-
 static void note_pause(void* ctx) { ((OmLoop*)ctx)->has_lag_origin = false; }
 
 static void connect(OmLoop* loop, const OmLoopDef* def) {
@@ -192,10 +187,9 @@ static void connect(OmLoop* loop, const OmLoopDef* def) {
                  .act = &loop->act,
                  .updater = def->updater,
                  .monitor = def->monitor,
-                 .modulus = def->modulus,
                  .record = &loop->result.belief,
                  .max_age = def->max_age,
-                 .host = {loop, tell_update, tell_warning, note_alarm, note_young, note_pause}};
+                 .host = {loop, tell_update, tell_warning, note_alarm, note_pause}};
 }
 
 static OmStatus begin_parts(OmLoop* loop, const OmLoopDef* def) {

@@ -151,7 +151,6 @@ static OmStatus mark(OmLoop* loop, int block, bool is_attached) {
     loop->belief.is_corrected = true;
     om__belief_forget_exposure(&loop->belief);
     om__force_reset(&loop->belief);
-    om__modulus_drop(&loop->belief);
     OM_TRY_DONE(om_match_adoption_begin(loop->belief.adoption, loop->twin, attached, stiffness,
                                         OM_MATCH_ADOPT_TIME));
     status = om__loop_drop_plan(loop, OM_ACTION_REPLANNED);

@@ -288,7 +288,6 @@ static AfterStep next_step(const OmLoop* loop, AfterStep done) {
 
 static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     const AfterStep step = next_step(loop, AFTER_GO);
-    if (step != AFTER_SETTLE) OM_TRY(om__modulus_learn(&loop->belief));
     OM_TRY(note_action(loop));
     take_step(loop, step, loop->act.time, needs_tick);
     return OM_OK;
@@ -297,7 +296,6 @@ static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
 static OmStatus check_settling(OmLoop* loop, bool* needs_tick) {
     OM_TRY(om__warn_settle(&loop->belief, needs_tick));
     if (*needs_tick) return OM_OK;
-    OM_TRY(om__modulus_learn(&loop->belief));
     take_step(loop, next_step(loop, AFTER_SETTLE), loop->belief.settle_begin, needs_tick);
     return OM_OK;
 }

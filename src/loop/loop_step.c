@@ -21,7 +21,6 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     OmBodyForces forces;
     OM_TRY(om_body_get_forces(loop->twin, &forces));
     om__force_add(&loop->belief, obs, &forces);
-    OM_TRY(om__modulus_step(&loop->belief, obs, &forces));
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const double factor = loop->result.belief.force_factor;
         loop->act.force[a] =

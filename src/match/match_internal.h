@@ -37,7 +37,6 @@ struct OmMatch {
     OmBsr A;
     OmSolver* solver;
     bool has_factors;
-    double young;               // factor on the moduli of the site
     double hold;                // N/m, of the spring of a grasped vertex
     MatchHeld held;             // written by om__match_set_load
     double *r, *dx, *y;         // (nvert x 3)

@@ -145,15 +145,12 @@ done:
     return status;
 }
 
-static OmStatus make_solids(const OmMatch* m, double young, OmFemSolid** solid,
-                            OmFemSolid** projected) {
+static OmStatus make_solids(const OmMatch* m, OmFemSolid** solid, OmFemSolid** projected) {
     const OmSite* site = m->def.site;
     OmFemMesh mesh;
     OmBodyParts parts;
     OmTissueDef tissue;
     OM_TRY(om_body_make_tissue_def(m->def.scene, site, &parts, &tissue));
-    tissue.material_default.young *= young;
-    for (int k = 0; k < tissue.nmaterial; ++k) parts.material[k].young *= young;
     // its midpoints have the numbers of those of m->mesh: edges in the order of their ends
     OM_TRY(om_fem_mesh_from_tet(&site->mesh, m->mid_end ? OM_TET10 : OM_TET4, &mesh));
     int n = tissue.nmaterial > 0 ? tissue.nmaterial : 1;
@@ -200,8 +197,7 @@ static OmStatus make(OmMatch* m) {
     OM_TRY(make_mesh(m, is_quadratic));
     OM_TRY(make_surface(m));
     OM_TRY(make_candidates(m));
-    m->young = 1;
-    OM_TRY(make_solids(m, 1, &m->solid, &m->projected));
+    OM_TRY(make_solids(m, &m->solid, &m->projected));
     OM_TRY(make_solver(m));
     double young = om_site_get_material(m->def.site, 0).young;
     if (m->def.foundation == 0) m->def.foundation = FOUNDATION * young / m->view.edge;
@@ -258,28 +254,6 @@ void om_match_destroy(OmMatch* m) {
     om_free(m->y);
     om_free(m->hypothesis);
     om_free(m);
-}
-
-OmStatus om_match_set_young(OmMatch* m, double factor) {
-    OmFemSolid *solid = NULL, *projected = NULL;
-    OM_CHECK(factor > 0 && isfinite(factor), OM_INVALID,
-             "match: the factor of Young's modulus is %g; it must be above 0", factor);
-    if (factor == m->young) return OM_OK;
-    OmStatus status = make_solids(m, factor, &solid, &projected);
-    if (status < 0) {
-        om_fem_destroy(solid);
-        om_fem_destroy(projected);
-        return status;
-    }
-    om_fem_destroy(m->solid);
-    om_fem_destroy(m->projected);
-    m->solid = solid;
-    m->projected = projected;
-    m->young = factor;
-    m->has_factors = false;
-    om_free(m->x_rest);
-    m->x_rest = NULL;
-    return OM_OK;
 }
 
 const OmMatchView* om_match_view(const OmMatch* match) { return &match->view; }

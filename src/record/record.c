@@ -461,7 +461,6 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_bool(&json, "force_watched", scene->task.watch_force);
     om_json_integer(&json, "times_above_force_limit", r->twin.nforce);
     om_json_number(&json, "force_factor", r->belief.force_factor);
-    if (r->belief.nmodulus > 0) om_json_number(&json, "young_factor", r->belief.young_factor);
     om_json_integer(&json, "grasps_slipped", r->effort.nslip);
     om_json_integer(&json, "grasps_empty", r->effort.nempty);
     om_json_integer(&json, "reaches_by_cloud", r->effort.nmeasured);

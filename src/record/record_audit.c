@@ -24,7 +24,6 @@ struct OmAudit {
     OmText words;   // a sentence, or reasons
     OmText story;   // all sentences, with their times
     double factor;  // on the twin's forces, of the last line of an action
-    int nmodulus;   // OmBeliefRecord.nmodulus there
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {
@@ -157,7 +156,6 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
         OM_CHECK(a->file, OM_IO, "%s cannot be written: %s", a->path, strerror(errno));
     }
     a->factor = 1;
-    a->nmodulus = 0;
     OmJson json = begin_line(a, loop, "head");
     om_json_integer(&json, "format", 1);
     om_json_string(&json, "omentum", om_version());
@@ -374,9 +372,6 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     const double factor = loop->result.belief.force_factor;
     if (factor != a->factor) OM_TRY(om_words_force(factor, &a->words));
     a->factor = factor;
-    if (loop->result.belief.nmodulus > a->nmodulus)
-        OM_TRY(om_words_modulus(loop->result.belief.young_factor, &a->words));
-    a->nmodulus = loop->result.belief.nmodulus;
     return end_told(a, loop, &json);
 }
 

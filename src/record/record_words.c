@@ -181,13 +181,6 @@ OmStatus om_words_force(double factor, OmText* t) {
                           factor);
 }
 
-OmStatus om_words_modulus(double factor, OmText* t) {
-    return om_text_append(t,
-                          " By the forces that the arms measure, the tissue is %.2f times as stiff "
-                          "as the images said; the model takes this over.",
-                          factor);
-}
-
 // ---- updates -------------------------------------------------------------------------------------------------
 
 // Blocks whose first attached vertex came, and those whose last one went; vertices of both kinds elsewhere.

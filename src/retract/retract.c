@@ -43,7 +43,6 @@ typedef struct Setup {
     OmUpdater* updater;  // null: the scene has no updates
     OmMonitor* monitor;  // null: the scene has none
     OmAhead* ahead;      // null: the scene does not look ahead
-    OmModulus* modulus;  // null: the modulus is not learnt
     OmLoop* loop;
     int nadded;  // attachments that hold a twin that slid off
 } Setup;
@@ -51,7 +50,6 @@ typedef struct Setup {
 static void setup_done(Setup* s) {
     om_loop_destroy(s->loop);
     om_ahead_destroy(s->ahead);
-    om_modulus_destroy(s->modulus);
     om_updater_destroy(s->updater);
     om_monitor_destroy(s->monitor);
     om_banet_updater_destroy(s->banet);
@@ -217,12 +215,6 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
         OmAheadDef ahead = om_ahead_default_def(def->scene, &s->twin_site);
         OM_TRY(om_ahead_create(&ahead, s->twin, &s->ahead));
         loop.ahead = s->ahead;
-    }
-    if (def->scene->update.learns_modulus) {
-        OmModulusDef modulus = om_modulus_default_def(def->scene, &s->twin_site);
-        modulus.match = s->match;
-        OM_TRY(om_modulus_create(&modulus, &s->modulus));
-        loop.modulus = s->modulus;
     }
     loop.law = def->law;
     loop.is_attended = def->supervise != NULL;

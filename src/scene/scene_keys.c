@@ -337,8 +337,6 @@ static const OmYamlField update_field[] = {
      .help = "weights of BA-Net that an estimate asks: none, installed, or a file"},
     {"check", OM_YAML_BOOL, AT(OmSceneUpdate, is_checked),
      .help = "is an estimate adopted only if the updated twin is closer to what the camera sees?"},
-    {"modulus", OM_YAML_BOOL, AT(OmSceneUpdate, learns_modulus),
-     .help = "is the twin's Young's modulus learnt from the pulls that the arms measure?"},
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 

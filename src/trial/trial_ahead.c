@@ -86,10 +86,6 @@ OmStatus om_ahead_create(const OmAheadDef* def, const OmBody* twin, OmAhead** ou
     return OM_OK;
 }
 
-OmStatus om__ahead_set_young(OmAhead* a, double factor) {
-    return a->soft ? om_body_set_young(a->soft, a->def.scene, factor) : OM_OK;
-}
-
 void om_ahead_destroy(OmAhead* a) {
     if (!a) return;
     om_view_destroy(a->attempt.view);

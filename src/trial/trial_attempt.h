@@ -83,8 +83,6 @@ OmStatus om__ahead_run(OmAhead* ahead, Belief* belief, OmPlanner* planner, Ahead
 // this cannot be tried: no look ahead, its budget, a turned wrist.
 OmStatus om__ahead_fold(OmAhead* ahead, Belief* belief, int arm, bool exposes[2],
                         AheadCount* count);
-// The twin has this factor on its modulus now.
-OmStatus om__ahead_set_young(OmAhead* ahead, double factor);
 
 // trial_preplan.c: choose among the points that were tried; sets verdicts, counts and the reason.
 void om__preplan_choose(OmPreplan* plan, int nlowest);

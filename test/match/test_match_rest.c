@@ -95,10 +95,10 @@ static void test_derivatives(void** state) {
 }
 
 // The body of the same scene, settled with its tool at the same place: another solver, contact and equilibrium.
-static void compare_with_body(double young) {
+static void test_body(void** state) {
+    (void)state;
     Rig rig;
     begin(&rig, 12);
-    assert_int_equal(om_match_set_young(rig.match, young), OM_OK);
     OmMatchGrasp grasp = grasp_edge(0.025);
     OmMatchLoad load = {.spring = rig.spring, .ngrasp = 1, .grasp = &grasp};
     OmMatchRest rest;
@@ -109,7 +109,6 @@ static void compare_with_body(double young) {
     OmBody* body;
     OmBodyReport report;
     assert_int_equal(om_body_create(&rig.scene, &rig.site, 1, &body), OM_OK);
-    assert_int_equal(om_body_set_young(body, &rig.scene, young), OM_OK);
     assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
     int nheld;
     assert_int_equal(om_body_grasp(body, 0, grasp.pose_world_grasp, grasp.radius, &nheld), OM_OK);
@@ -130,17 +129,6 @@ static void compare_with_body(double young) {
     assert_below(most, 0.03 * moved);
     om_body_destroy(body);
     end(&rig);
-}
-
-static void test_body(void** state) {
-    (void)state;
-    compare_with_body(1);
-}
-
-// A modulus that was learnt is that of the equilibria, too.
-static void test_body_of_another_modulus(void** state) {
-    (void)state;
-    compare_with_body(2);
 }
 
 static void test_refusals(void** state) {
@@ -178,8 +166,6 @@ static void test_refusals(void** state) {
     def.moved = 0;
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "moved"));
-    assert_int_equal(om_match_set_young(rig.match, 0), OM_INVALID);
-    assert_non_null(strstr(om_error_message(), "above 0"));
     def = (OmMatchDef){0};
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_null(match);
@@ -193,9 +179,8 @@ static OmStatus make_and_free(void* ctx) {
     def.nhypothesis = 6;  // one of them is two patches
     OmMatch* match;
     OM_TRY(om_match_create(&def, &match));
-    OmStatus status = om_match_set_young(match, 2);
     om_match_destroy(match);
-    return status;
+    return OM_OK;
 }
 
 static void test_memory(void** state) {
@@ -209,7 +194,6 @@ static void test_memory(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_body),
-        cmocka_unit_test(test_body_of_another_modulus), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory)};
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -400,9 +400,48 @@ static void test_a_grasp_without_memory_is_an_error(void** state) {
     teardown(&f);
 }
 
+// A body that is given a modulus moves as one that was made with it.
+static void test_a_body_takes_a_modulus(void** state) {
+    (void)state;
+    const OmScene scene = small_scene();
+    OmSite site, other;
+    OmBody *changed, *made;
+    OmBodyReport report;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &other));
+    other.young *= 0.3;
+    assert_ok(om_body_create(&scene, &site, 1, &changed));
+    assert_ok(om_body_create(&scene, &other, 1, &made));
+    for (int i = 0; i < 10; ++i) assert_true(om_body_step(changed, 0.02, &report) >= 0);
+    void* now = malloc(om_body_state_size(changed));
+    om_body_save(changed, now);
+    om_body_restore(made, now);
+    assert_status(om_body_set_young(changed, &scene, 0), OM_INVALID);
+    assert_status(om_body_set_young(changed, &scene, NAN), OM_INVALID);
+    assert_ok(om_body_set_young(changed, &scene, 0.3));
+    assert_true(om_body_hash(changed) == om_body_hash(made));
+    assert_true(om_body_site(changed) == &site);
+    for (int i = 0; i < 10; ++i) {
+        assert_true(om_body_step(changed, 0.02, &report) >= 0);
+        assert_true(om_body_step(made, 0.02, &report) >= 0);
+    }
+    assert_true(om_body_hash(changed) == om_body_hash(made));
+    // and not as one that kept its modulus
+    assert_ok(om_body_set_young(changed, &scene, 1));
+    om_body_restore(changed, now);
+    for (int i = 0; i < 10; ++i) assert_true(om_body_step(changed, 0.02, &report) >= 0);
+    assert_true(om_body_hash(changed) != om_body_hash(made));
+    free(now);
+    om_body_destroy(changed);
+    om_body_destroy(made);
+    om_site_done(&site);
+    om_site_done(&other);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_orientation_turns_with_the_way),
+        cmocka_unit_test(test_a_body_takes_a_modulus),
         cmocka_unit_test(test_turning_has_a_limit),
         cmocka_unit_test(test_joints_and_times_are_measured),
         cmocka_unit_test(test_forces_are_measured),
