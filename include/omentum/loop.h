@@ -166,7 +166,7 @@ typedef struct OmLoopDef {
     const OmPreplan* preplan;
     // Grasping points are the twin's alone, also where the depth camera sees the tissue elsewhere; default false.
     bool is_by_twin;
-    OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
+    OmAhead* ahead;   // tries grasping points of the twin before a new plan; borrowed; default null
     OmMotionLaw law;  // of reaches and pulls; default: straight lines
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.

@@ -20,7 +20,7 @@ typedef struct BeliefHost {
     OmStatus (*on_update)(void* ctx, const OmUpdateEvent* event);
     OmStatus (*on_warning)(void* ctx, int was);                    // the warning state changed
     void (*on_alarm)(void* ctx, OmHold hold, const char* reason);  // a person must decide
-    void (*on_pause)(void* ctx);                     // the arms stood still while this computed
+    void (*on_pause)(void* ctx);  // the arms stood still while this computed
 } BeliefHost;
 
 typedef struct Belief {

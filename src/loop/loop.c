@@ -179,17 +179,16 @@ static void connect(OmLoop* loop, const OmLoopDef* def) {
                       .law = def->law,
                       .host = {loop, take_scan, note_grasp, note_release, note_lag}};
     om__act_init(&loop->act, has_depth && !def->is_by_twin);
-    loop->belief =
-        (Belief){.task = &loop->task,
-                 .grid = &loop->grid,
-                 .world = def->world,
-                 .twin = def->twin,
-                 .act = &loop->act,
-                 .updater = def->updater,
-                 .monitor = def->monitor,
-                 .record = &loop->result.belief,
-                 .max_age = def->max_age,
-                 .host = {loop, tell_update, tell_warning, note_alarm, note_pause}};
+    loop->belief = (Belief){.task = &loop->task,
+                            .grid = &loop->grid,
+                            .world = def->world,
+                            .twin = def->twin,
+                            .act = &loop->act,
+                            .updater = def->updater,
+                            .monitor = def->monitor,
+                            .record = &loop->result.belief,
+                            .max_age = def->max_age,
+                            .host = {loop, tell_update, tell_warning, note_alarm, note_pause}};
 }
 
 static OmStatus begin_parts(OmLoop* loop, const OmLoopDef* def) {
