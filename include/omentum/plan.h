@@ -150,6 +150,9 @@ OM_API bool om_planner_has_both_arms(const OmPlanner* planner);
 ///         situation); OM_NO_MEMORY
 OM_API OmStatus om_planner_solve(OmPlanner* planner, const OmSituation* situation, OmPlan* plan);
 
+/// The name in the logic program of an action, and of an arm: "psm1" or "psm2".
+OM_API const char* om_plan_verb_text(OmPlanVerb verb);
+OM_API const char* om_plan_arm_text(int arm);
 /// Append the plan as text, one line for each action: "1. PSM1 reaches grasping point (3,2)".
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_plan_print(const OmPlan* plan, OmText* text);

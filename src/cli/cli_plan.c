@@ -238,15 +238,10 @@ static OmStatus write_json(const OmPlan* plan, OmStatus outcome, OmText* text) {
     om_json_bool(&j, "is_optimal", plan->is_optimal);
     om_json_open(&j, "action", '[');
     for (int i = 0; i < plan->naction; i++) {
-        static const char* const verb[OM_PLAN_NVERB] = {
-#define VERB(name, word) word,
-            OM_PLAN_VERB_TABLE(VERB)
-#undef VERB
-        };
         const OmPlanAction* a = &plan->action[i];
         om_json_open(&j, NULL, '{');
-        om_json_string(&j, "verb", verb[a->verb]);
-        om_json_string(&j, "arm", a->arm == 0 ? "psm1" : "psm2");
+        om_json_string(&j, "verb", om_plan_verb_text(a->verb));
+        om_json_string(&j, "arm", om_plan_arm_text(a->arm));
         if (a->block >= 0) om_json_integer(&j, "x", a->block % plan->n + 1);
         if (a->block >= 0) om_json_integer(&j, "y", a->block / plan->n + 1);
         om_json_close(&j, '}');

@@ -1,6 +1,10 @@
 // plan_text.c: the plan as text.
 #include "plan/plan_internal.h"
 
+const char* om_plan_verb_text(OmPlanVerb verb) { return om__plan_verb_name[verb]; }
+
+const char* om_plan_arm_text(int arm) { return om__plan_arm_name[arm]; }
+
 OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text) {
     OM_CHECK(action >= 0 && action < plan->naction, OM_INVALID, "plan: no action %d among %d",
              action, plan->naction);
@@ -13,8 +17,7 @@ OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text) {
     case OM_PLAN_GRASP:
         return om_text_append(text, "PSM%d grasps the tissue at (%d,%d)", a->arm + 1, ix, iy);
     case OM_PLAN_RELEASE: return om_text_append(text, "PSM%d opens its gripper", a->arm + 1);
-    case OM_PLAN_PULL:
-        return om_text_append(text, "PSM%d pulls (%d,%d) up by 10 mm", a->arm + 1, ix, iy);
+    case OM_PLAN_PULL: return om_text_append(text, "PSM%d pulls (%d,%d) up", a->arm + 1, ix, iy);
     case OM_PLAN_MOVE_ROI:
         return om_text_append(text, "PSM%d folds (%d,%d) towards the region of interest",
                               a->arm + 1, ix, iy);

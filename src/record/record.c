@@ -94,7 +94,6 @@ enum { MAX_SURFACE = 2 + OM_MAX_ARM };
 
 // Surfaces beside the tissue: organ, region of interest, tools. @return their number
 static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SURFACE]) {
-    static const char* const tool[OM_MAX_ARM] = {"psm1", "psm2"};
     const OmSite* site = om_body_site(rec->shown);
     int n = 0;
     if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", rec->anatomy->organ};
@@ -102,7 +101,7 @@ static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SU
         surface[n++] = (OmRecordedSurface){"region of interest", rec->anatomy->roi};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const OmSurface* s = om_world_tool(rec->def.world, a);
-        if (s) surface[n++] = (OmRecordedSurface){tool[a], s};
+        if (s) surface[n++] = (OmRecordedSurface){om_plan_arm_text(a), s};
     }
     return n;
 }
@@ -349,17 +348,12 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
 // ---- run.json ---------------------------------------------------------------------------------------------
 
 static void write_actions(OmJson* json, const OmRetractResult* r, int n) {
-    static const char* const verb[] = {
-#define VERB_TEXT(name, text) text,
-        OM_PLAN_VERB_TABLE(VERB_TEXT)
-#undef VERB_TEXT
-    };
     om_json_open(json, "actions", '[');
     for (int i = 0; i < r->naction; ++i) {
         const OmRetractAction* a = &r->action[i];
         om_json_open(json, NULL, '{');
-        om_json_string(json, "action", verb[a->verb]);
-        om_json_string(json, "arm", a->arm ? "psm2" : "psm1");
+        om_json_string(json, "action", om_plan_verb_text(a->verb));
+        om_json_string(json, "arm", om_plan_arm_text(a->arm));
         if (a->block >= 0) {
             om_json_integer(json, "block_x", a->block % n + 1);
             om_json_integer(json, "block_y", a->block / n + 1);

@@ -121,18 +121,9 @@ static void put_block(OmJson* json, const char* key, int block, int n) {
     om_json_numbers(json, key, (double[2]){block % n + 1, block / n + 1}, 2);
 }
 
-static const char* verb_name(OmPlanVerb verb) {
-    static const char* const name[] = {
-#define VERB_TEXT(name, text) text,
-        OM_PLAN_VERB_TABLE(VERB_TEXT)
-#undef VERB_TEXT
-    };
-    return name[verb];
-}
-
 static void put_action(OmJson* json, OmPlanVerb verb, int arm, int block, int n) {
-    om_json_string(json, "action", verb_name(verb));
-    om_json_string(json, "arm", arm ? "psm2" : "psm1");
+    om_json_string(json, "action", om_plan_verb_text(verb));
+    om_json_string(json, "arm", om_plan_arm_text(arm));
     put_block(json, "block", block, n);
 }
 

@@ -160,11 +160,6 @@ done:
 }
 
 static OmStatus add_actions(OmReport* report, int grid, const OmRetractResult* r) {
-    static const char* const verb[] = {
-#define VERB_TEXT(name, text) text,
-        OM_PLAN_VERB_TABLE(VERB_TEXT)
-#undef VERB_TEXT
-    };
     enum { NCOL = 8, LEN = 48 };
     static const char* const heading[NCOL] = {"time, s", "plan",     "action",     "block",
                                               "outcome", "ROI seen", "pull, twin", "pull, truth"};
@@ -179,7 +174,7 @@ static OmStatus add_actions(OmReport* report, int grid, const OmRetractResult* r
         char(*c)[LEN] = (char(*)[LEN])(text + (size_t)i * NCOL * LEN);
         snprintf(c[0], LEN, "%.1f - %.1f", a->begin, a->end);
         snprintf(c[1], LEN, "%d%s", a->plan + 1, a->is_replanned ? " (new)" : "");
-        snprintf(c[2], LEN, "%s %s", arm_name(a->arm), verb[a->verb]);
+        snprintf(c[2], LEN, "%s %s", arm_name(a->arm), om_plan_verb_text(a->verb));
         if (a->block >= 0)
             snprintf(c[3], LEN, "(%d,%d)", a->block % grid + 1, a->block / grid + 1);
         else

@@ -2,7 +2,7 @@
 $ omentum plan --roi 3,3 --attached 3,3 --attached 2,3
 exit 0
 out ^1\. PSM1 reaches grasping point \(3,2\)$
-out ^7\. PSM1 pulls \(3,2\) up by 10 mm$
+out ^7\. PSM1 pulls \(3,2\) up$
 no-err
 
 $ omentum plan --roi 3,3 --attached 3,3 --tried 3,2 --why

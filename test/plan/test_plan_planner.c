@@ -402,11 +402,11 @@ static void test_replanning_does_not_loop(void** state) {
     assert_ok(om_planner_solve(p, &s, &plan));
     assert_text(&plan, "1. PSM1 reaches grasping point (3,3)\n"
                        "2. PSM1 grasps the tissue at (3,3)\n"
-                       "3. PSM1 pulls (3,3) up by 10 mm\n"
-                       "4. PSM1 pulls (3,3) up by 10 mm\n"
-                       "5. PSM1 pulls (3,3) up by 10 mm\n"
-                       "6. PSM1 pulls (3,3) up by 10 mm\n"
-                       "7. PSM1 pulls (3,3) up by 10 mm\n");
+                       "3. PSM1 pulls (3,3) up\n"
+                       "4. PSM1 pulls (3,3) up\n"
+                       "5. PSM1 pulls (3,3) up\n"
+                       "6. PSM1 pulls (3,3) up\n"
+                       "7. PSM1 pulls (3,3) up\n");
     // lifted to the limit, still hidden: fold; then fold the other way; then another grasp
     int b = plan.grasp_block;
     s.arm[0] = (OmArmSituation){
@@ -580,8 +580,8 @@ static void test_known_exposure_replaces_the_law(void** state) {
     assert_ok(om_planner_solve(p, &s, &plan));
     assert_text(&plan, "1. PSM1 reaches grasping point (3,2)\n"
                        "2. PSM1 grasps the tissue at (3,2)\n"
-                       "3. PSM1 pulls (3,2) up by 10 mm\n"
-                       "4. PSM1 pulls (3,2) up by 10 mm\n"
+                       "3. PSM1 pulls (3,2) up\n"
+                       "4. PSM1 pulls (3,2) up\n"
                        "5. PSM1 folds (3,2) towards the region of interest\n");
     assert_ok(om_planner_explain(p, &s, &plan, 2, &t));
     assert_says(t.str, "In the simulation 2 pulls and a fold towards it exposed the region");

@@ -274,14 +274,14 @@ static void test_words_of_plans_and_actions(void** state) {
                  "tissue.");
     OmRetractAction a = {.verb = OM_PLAN_PULL, .arm = 0, .block = 1, .visibility = 0.345};
     EXPECT_WORDS(om_words_action(&loop, &a, &t),
-                 "PSM1 pulls (2,1) up by 10 mm: done; 34 % of the region of interest is seen.");
+                 "PSM1 pulls (2,1) up: done; 34 % of the region of interest is seen.");
     a.outcome = OM_ACTION_FORCE, a.force_max = 2.034;
     EXPECT_WORDS(om_words_action(&loop, &a, &t),
-                 "PSM1 pulls (2,1) up by 10 mm: stopped, because the model estimates 2.03 N on the "
+                 "PSM1 pulls (2,1) up: stopped, because the model estimates 2.03 N on the "
                  "tissue, and slowing down did not bring it below the limit of 2.00 N.");
     a.outcome = OM_ACTION_HEIGHT;
     EXPECT_WORDS(om_words_action(&loop, &a, &t),
-                 "PSM1 pulls (2,1) up by 10 mm: stopped at the largest height allowed, 50 mm.");
+                 "PSM1 pulls (2,1) up: stopped at the largest height allowed, 50 mm.");
     for (int k = OM_ACTION_DONE; k <= OM_ACTION_HELD; ++k) {
         OmText t = {0};
         a.outcome = (OmActionOutcome)k;
