@@ -107,20 +107,20 @@ static void print_time_left(char* out, size_t size, double elapsed, double left)
 int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double elapsed,
                       double done, double total) {
     const double share = total > 0 ? fmax(0, fmin(1, done / total)) : 0;
-    const double rate = elapsed > 0 ? done / elapsed : 0;
+    char rate[32] = "";  // nothing before the first is done
+    if (elapsed > 0 && done > 0) snprintf(rate, sizeof rate, ", %.3g/s", done / elapsed);
     // 100 at the end alone; 29 of 100 are 29 in spite of rounding
     const int percent = (int)floor(100 * share + 1e-9);
     char left[40];
     print_time_left(left, sizeof left, elapsed, share > 0 ? elapsed * (1 / share - 1) : HUGE_VAL);
     if (share >= 1) left[0] = 0;
     if (!bar->is_terminal)
-        return snprintf(line, size, "%s: %.0f of %.0f (%d %%), %.3g/s%s", bar->stage, done, total,
+        return snprintf(line, size, "%s: %.0f of %.0f (%d %%)%s%s", bar->stage, done, total,
                         percent, rate, left);
     char cells[BAR_WIDTH + 1];
     for (int i = 0; i < BAR_WIDTH; ++i) cells[i] = i < (int)(share * BAR_WIDTH) ? '#' : '.';
     cells[BAR_WIDTH] = 0;
-    return snprintf(line, size, "%-24s [%s] %3d %%  %.3g/s%s", bar->stage, cells, percent, rate,
-                    left);
+    return snprintf(line, size, "%-24s [%s] %3d %%%s%s", bar->stage, cells, percent, rate, left);
 }
 
 void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, double total) {

@@ -50,6 +50,19 @@ static void add_verdict(const Leaf* l, OmReport* report) {
                  r->mesh_ratio, 1e3 * r->mesh_difference);
     }
     om_report_verdict(report, text, r->outcome == OM_CALIBRATED && !r->is_of_mesh);
+    int n = snprintf(
+        text, sizeof text,
+        "Asked: values of %d parameter%s with which the model repeats what was observed%s. Came out: "
+        "a mean error of %.3f mm",
+        d->nparam, d->nparam == 1 ? "" : "s",
+        d->noise > 0 ? ", to the noise of the observations" : "", 1e3 * r->cost);
+    if (d->noise > 0)
+        n += snprintf(text + n, sizeof text - (size_t)n, ", where the noise is %.3f mm",
+                      1e3 * d->noise);
+    snprintf(
+        text + n, sizeof text - (size_t)n,
+        ". A value is to be used where the last column below says that the data determine it.");
+    om_report_paragraph(report, text);
     char fact[4][WORD];
     snprintf(fact[0], WORD, "%.3f mm", 1e3 * r->cost_start);
     snprintf(fact[1], WORD, "%.3f mm", 1e3 * r->cost);
@@ -292,8 +305,8 @@ static void add_profile(const Leaf* l, int k, OmReport* report) {
 static OmStatus save_page(const Leaf* l, const char* path) {
     OmReport report;
     char subtitle[96];
-    snprintf(subtitle, sizeof subtitle, "%d parameters, %d observed distances", l->def->nparam,
-             l->def->nerror);
+    snprintf(subtitle, sizeof subtitle, "%d parameter%s, %d observed distances", l->def->nparam,
+             l->def->nparam == 1 ? "" : "s", l->def->nerror);
     om_report_begin(&report, l->def->title ? l->def->title : "Calibration", subtitle);
     add_verdict(l, &report);
     add_params(l, &report);

@@ -152,6 +152,19 @@ static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* di
     return OM_OK;
 }
 
+// A file with every place at the origin says what is to be observed, not what was.
+static OmStatus check_observed(const OmCalibrationProblem* problem) {
+    int n;
+    const OmCalibrationSeen* seen = om_calibration_problem_seen(problem, &n);
+    for (int i = 0; i < n; ++i)
+        if (seen[i].x.x != 0 || seen[i].x.y != 0 || seen[i].x.z != 0) return OM_OK;
+    return om_error(
+        OM_INVALID,
+        "%s: all %d observations are 0, as in a plan of what is to be observed; --synthetic FILE fills in "
+        "simulated ones, --observations FILE takes those or measured ones",
+        om_calibration_problem_input(problem, 2), n);
+}
+
 int om_cli_calibrate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     if (check_args(&args) < 0) return om_cli_usage("calibrate");
@@ -160,6 +173,7 @@ int om_cli_calibrate(int argc, char** argv) {
                                                   om_cli_get(&args, "--observations"), &problem);
     if (status < 0) return om_cli_fail("calibrate", status);
     status = check_inputs(problem, om_cli_get(&args, "--output"));
+    if (status == OM_OK && !om_cli_get(&args, "--synthetic")) status = check_observed(problem);
     if (status < 0) {
         om_calibration_problem_destroy(problem);
         return om_cli_fail("calibrate", status);

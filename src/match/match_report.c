@@ -274,6 +274,35 @@ static void add_verdict(const OmMatchReport* r, OmReport* page) {
              is_good ? "The twin takes the new attachments." : "The twin keeps its attachments: ",
              is_good ? "" : om_match_report_reason(r));
     om_report_verdict(page, text, is_good);
+    const OmMatchEstimate* e = r->estimate;
+    const bool has_result = e && e->before_median > 0;
+    snprintf(
+        text, sizeof text,
+        "Asked: which vertices of the twin are attached, so that it lies where %s measured. Came out: ",
+        r->nacquisition == 1 ? "the depth camera" : "all looks of the depth camera");
+    size_t n = strlen(text);
+    if (has_result)
+        snprintf(
+            text + n, sizeof text - n,
+            "half of the measured points are within %.2f mm of the twin, %.2f mm before; 90 %% within %.1f mm, "
+            "%.1f mm before.",
+            1e3 * e->after_median, 1e3 * e->before_median, 1e3 * e->after_p90, 1e3 * e->before_p90);
+    else
+        snprintf(text + n, sizeof text - n, "no estimate.");
+    om_report_paragraph(page, text);
+    if (!has_result) return;
+    char fact[4][32];
+    snprintf(fact[0], sizeof *fact, "%.2f mm", 1e3 * e->before_p90);
+    snprintf(fact[1], sizeof *fact, "%.2f mm", 1e3 * e->after_p90);
+    snprintf(fact[2], sizeof *fact, "%.0f %%", 100 * e->seen_share);
+    int nused = 0;
+    for (int k = 0; k < r->nacquisition; ++k) nused += !e->verdict || e->verdict[k].is_good;
+    snprintf(fact[3], sizeof *fact, "%d of %d", nused, r->nacquisition);
+    const char* const value[] = {fact[0], fact[1], fact[2], fact[3]};
+    static const char* const label[] = {
+        "cloud to twin before, 90 % of the points", "cloud to twin after, 90 % of the points",
+        "of what may be attached is below a surface that the clouds show", "acquisitions used"};
+    om_report_facts(page, value, label, 4);
 }
 
 static void add_figures(const OmMatchEstimate* e, OmReport* page) {

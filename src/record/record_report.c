@@ -8,36 +8,47 @@
 static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
 
 static void add_facts(OmReport* report, const OmRetractResult* r) {
-    char text[13][64];
+    enum { N = 8 };
+    char text[N][64];
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
-    snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
-    snprintf(text[2], 64, "%d", r->naction);
-    snprintf(text[3], 64, isnan(r->twin.force) ? "not known" : "%.2f N", r->twin.force);
-    snprintf(text[4], 64, "%d", r->twin.nforce);
-    snprintf(text[5], 64, "%.1f s", r->time);
-    snprintf(text[6], 64, "%.2f ms", r->twin.step_ms);
-    snprintf(text[7], 64, "%.1f ms", r->plan_ms_median);
-    snprintf(text[8], 64, isnan(r->truth.force) ? "not known" : "%.2f N", r->truth.force);
-    snprintf(text[9], 64, isnan(r->truth.more) ? "not known" : "%.2f N", r->truth.more);
-    snprintf(text[10], 64, "%d", r->twin.nbad);
-    snprintf(text[11], 64, isnan(r->truth.force) ? "not known" : "%d", r->truth.nbad);
-    snprintf(text[12], 64, isnan(r->truth.visibility) ? "not known" : "%.0f %%",
+    snprintf(text[1], 64, isnan(r->truth.visibility) ? "not known" : "%.0f %%",
              100 * r->truth.visibility);
-    const char *value[13], *label[13] = {"of the ROI seen at the end, in the picture",
-                                         "of the ROI seen at the start",
+    snprintf(text[2], 64, "%d", r->naction);
+    snprintf(text[3], 64, "%.1f s", r->time);
+    snprintf(text[4], 64, isnan(r->twin.force) ? "not known" : "%.2f N", r->twin.force);
+    snprintf(text[5], 64, isnan(r->truth.force) ? "not known" : "%.2f N", r->truth.force);
+    snprintf(text[6], 64, isnan(r->truth.more) ? "not known" : "%.2f N", r->truth.more);
+    snprintf(text[7], 64, "%d", r->twin.nforce);
+    static const char* const label[N] = {"of the ROI seen at the end, in the picture",
+                                         "of the ROI seen at the end, in the truth",
                                          "actions",
-                                         "largest pull, by the twin",
-                                         "times at the force limit",
                                          "of operation",
-                                         "a step of the twin (mean)",
-                                         "to make a plan (median)",
+                                         "largest pull, by the twin",
                                          "largest pull, in the truth",
                                          "largest excess of the truth over the twin",
+                                         "times at the force limit"};
+    const char* value[N];
+    for (int i = 0; i < N; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, N);
+}
+
+// How the run was computed, below the pictures.
+static void add_computing(OmReport* report, const OmRetractResult* r) {
+    enum { N = 5 };
+    char text[N][64];
+    snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_start);
+    snprintf(text[1], 64, "%.2f ms", r->twin.step_ms);
+    snprintf(text[2], 64, r->plan_ms_median > 0 ? "%.1f ms" : "not planned here",
+             r->plan_ms_median);
+    snprintf(text[3], 64, "%d", r->twin.nbad);
+    snprintf(text[4], 64, isnan(r->truth.force) ? "not known" : "%d", r->truth.nbad);
+    static const char* const label[N] = {"of the ROI seen at the start",
+                                         "a step of the twin (mean)", "to make a plan (median)",
                                          "steps of the twin with less certain forces",
-                                         "steps of the truth with less certain forces",
-                                         "of the ROI seen at the end, in the truth"};
-    for (int i = 0; i < 13; ++i) value[i] = text[i];
-    om_report_facts(report, value, label, 13);
+                                         "steps of the truth with less certain forces"};
+    const char* value[N];
+    for (int i = 0; i < N; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, N);
 }
 
 // What was asked, beside what came out.
@@ -286,6 +297,7 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     add_facts(&report, r);
     om_report_heading(&report, "What the endoscope saw");
     OmStatus status = add_frames(&report, rec);
+    add_computing(&report, r);
     om_report_heading(&report, "The course of it");
     if (status == OM_OK) status = add_charts(&report, &rec->def.scene->task, r);
     om_report_heading(&report, "What was done");

@@ -27,6 +27,28 @@ static void put_table(Table* t, OmReport* page) {
     t->n = 0;
 }
 
+// What was asked, beside what came out.
+static void add_question(const OmModelReport* r, OmReport* page) {
+    char text[sizeof r->selected + 512] = "";
+    int n = 0;
+    if (r->selected[0])
+        n = snprintf(
+            text, sizeof text,
+            "Asked: a mesh for simulation of %s%s: %lld voxels of %.3g x %.3g x %.3g mm, %.2f mL. ",
+            r->fit_is_of_sheet ? "a sheet on " : "", r->selected, (long long)r->nvoxel,
+            r->voxel.x * 1e3, r->voxel.y * 1e3, r->voxel.z * 1e3, r->label_volume * 1e6);
+    n += snprintf(text + n, sizeof text - (size_t)n,
+                  "Came out: %d tetrahedra with edges of %.2f mm in the mean", r->quality.ntet,
+                  r->quality.edge_mean * 1e3);
+    if (r->has_fit)
+        snprintf(text + n, sizeof text - (size_t)n,
+                 "; their surface is %.2f mm from that of the %s in the mean, %.2f mm at most.",
+                 r->surface_error_mean * 1e3, om__model_fit_name(r), r->surface_error_max * 1e3);
+    else
+        snprintf(text + n, sizeof text - (size_t)n, ".");
+    om_report_paragraph(page, text);
+}
+
 // Qualities of a mesh that matter for a simulation; notes follow below.
 static void add_verdict(const OmModelReport* r, OmReport* page) {
     const double angle = r->quality.dihedral_min * 180 / OM_PI;
@@ -41,13 +63,7 @@ static void add_verdict(const OmModelReport* r, OmReport* page) {
              r->label_volume > 0 ? " of the whole label" : "", angle > 8 ? "above" : "not above");
     if (r->has_loss) om_model_describe_loss(r, text, sizeof text);
     om_report_verdict(page, text, is_good);
-    if (r->selected[0]) {
-        char what[sizeof r->selected + 128];
-        snprintf(what, sizeof what, "Built from %s: %lld voxels of %.3g x %.3g x %.3g mm, %.2f mL.",
-                 r->selected, (long long)r->nvoxel, r->voxel.x * 1e3, r->voxel.y * 1e3,
-                 r->voxel.z * 1e3, r->label_volume * 1e6);
-        om_report_paragraph(page, what);
-    }
+    add_question(r, page);
     for (const char* line = r->note; *line;) {
         size_t len = strcspn(line, "\n");
         char note[sizeof r->note + 8];
@@ -72,9 +88,9 @@ static void add_facts(const OmModelReport* r, OmReport* page) {
     snprintf(text[1], sizeof text[1], "%.1f\xc2\xb0", q->dihedral_min * 180 / OM_PI);
     snprintf(text[2], sizeof text[2], "%.4g mL", q->volume * 1e6);
     if (r->label_volume > 0)
-        snprintf(text[3], sizeof text[3], "%+.2g %%", r->label_error * 100);
+        snprintf(text[3], sizeof text[3], "%+.2f %%", r->label_error * 100);
     else
-        snprintf(text[3], sizeof text[3], "%.2g %%", r->volume_error * 100);
+        snprintf(text[3], sizeof text[3], "%.2f %%", r->volume_error * 100);
     om_report_facts(page, value, label, 4);
 }
 

@@ -2,6 +2,7 @@
 //
 // Rows of a map are the rows of the grid with the highest y first, columns run along x, as one looks at the tissue from
 // above with PSM1 at the lower edge.
+#include <ctype.h>
 #include <math.h>
 #include <string.h>
 
@@ -142,13 +143,15 @@ OmStatus om_preplan_save_report(const OmPreplan* plan, const char* path) {
     OmReport report;
     snprintf(text, sizeof text, "scene %s, layout %d", plan->scene, plan->seed);
     om_report_begin(&report, "Plan before the operation", text);
-    om_report_verdict(&report, plan->reason, plan->is_exposing);
+    snprintf(text, sizeof text, "%s", plan->reason);
+    text[0] = (char)toupper((unsigned char)text[0]);
+    om_report_verdict(&report, text, plan->is_exposing);
     snprintf(
         text, sizeof text,
-        "%d of %d grasping points were tried in the simulation of the twin; %d of them expose "
-        "%.0f %% of the ROI. Of the three with the lowest largest pull the one with the fewest "
-        "actions is chosen.",
-        plan->ntried, plan->n * plan->n, plan->nexposing, 100 * plan->visibility);
+        "Asked: a grasping point from which at least %.0f %% of the ROI comes into view. Came out: "
+        "%d of the %d grasping points were tried in the simulation of the twin, and %d of them do "
+        "this. Of the three with the lowest largest pull the one with the fewest actions is chosen.",
+        100 * plan->visibility, plan->ntried, plan->n * plan->n, plan->nexposing);
     om_report_paragraph(&report, text);
     om_report_heading(&report,
                       "The grid from above, PSM1 at the lower edge, the camera at the left");

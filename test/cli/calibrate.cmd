@@ -38,6 +38,10 @@ write seen.csv
     end,20,middle,0,0,0
     end,20,force,0,0,0
 
+$ sed 's/,5,0,5$/,0,0,0/' seen.csv > plan.csv; omentum calibrate lift.yaml --observations plan.csv -q -o planned; code=$?; test ! -e planned && exit $code
+exit 3
+err plan\.csv: all 3 observations are 0, as in a plan of what is to be observed; --synthetic FILE
+
 $ omentum calibrate lift.yaml --synthetic seen2.csv --set tissue.young=6000
 exit 0
 out ^synthetic observations: seen2.csv

@@ -227,7 +227,7 @@ def test_parts(folder):
     with open(os.path.join(out, "report.html"), encoding="utf-8") as f:
         page = f.read()
     expect("off by more than 2 % of the whole label", page)
-    expect(rf"Built from liver \(label 5\): {whole} voxels of 1.5 x 2 x 2.5 mm, {whole * VOXEL_ML:.2f} mL", page)
+    expect(rf"Asked: a mesh for simulation of liver \(label 5\): {whole} voxels of 1.5 x 2 x 2.5 mm, {whole * VOXEL_ML:.2f} mL", page)
     expect(r"Note: .* of the label are left out", page)
     run(path, "--part", "2", "--edge", "3", "-o", out, "-q")
     volume, place, _ = mesh_of(out)
