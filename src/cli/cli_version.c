@@ -2,11 +2,14 @@
 //
 // Libraries are those loaded, by the names of their files, which carry their versions: the program may have been built
 // with others.
+#include <ctype.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #ifdef __aarch64__
 #include <sys/auxv.h>
+#endif
+#ifdef __GLIBC__
+#include <gnu/libc-version.h>
 #endif
 
 #include "cli/om_commit.h"
@@ -30,38 +33,64 @@ static void print_processor(void) {
     printf("\n");
 }
 
-static int compare(const void* a, const void* b) {
-    return strcmp(*(char* const*)a, *(char* const*)b);
+// The libraries that omentum calls; those have others below them.
+static const char* const used[] = {
+    "cholmod", "umfpack", "superlu", "arpack", "openblas", "embree3",    "clingo", "hdf5", "dnnl",
+    "png16",   "z",       "yaml",    "nlopt",  "jansson",  "websockets", "ddsc",   "gomp"};
+enum { NUSED = sizeof used / sizeof *used, MOST = 32 };
+
+// `base` is the name of a loaded file. If it is that of a library in `used`, keep the version: the numbers behind .so,
+// or those before it (libopenblasp-r0.3.21.so).
+static void keep_version(const char* base, char version[NUSED][MOST]) {
+    for (size_t k = 0; k < NUSED; ++k) {
+        const size_t n = strlen(used[k]);
+        if (strncmp(base, "lib", 3) != 0 || strncmp(base + 3, used[k], n) != 0) continue;
+        const char* end = strstr(base, ".so");
+        const char* release = strstr(base + 3 + n, "-r");
+        if ((n == 1 && isalpha((unsigned char)base[4])) || !end) continue;  // libzstd is not libz
+        if (end[3] == '.')
+            snprintf(version[k], MOST, "%s", end + 4);
+        else if (release && release < end)
+            snprintf(version[k], MOST, "%.*s", (int)(end - release - 2), release + 2);
+        else
+            snprintf(version[k], MOST, "without a version");
+    }
 }
 
-// Files of libraries in the list of what is mapped, without folders; each one once.
+// Six libraries a line, by the files in the list of what is mapped.
 static void print_libraries(void) {
-    enum { MOST = 256 };
-    char* name[MOST];
-    char line[4096];
-    int n = 0;
+    char version[NUSED][MOST] = {{0}}, line[4096];
     FILE* file = fopen("/proc/self/maps", "r");
-    while (file && n < MOST && fgets(line, sizeof line, file)) {
+    while (file && fgets(line, sizeof line, file)) {
         line[strcspn(line, "\n")] = 0;
-        char* path = strchr(line, '/');
-        char* base = path ? strrchr(path, '/') + 1 : NULL;
-        if (!base || !strstr(base, ".so") || (n > 0 && strcmp(name[n - 1], base) == 0)) continue;
-        name[n] = om_alloc(strlen(base) + 1, 1);
-        if (!name[n]) break;
-        strcpy(name[n++], base);
+        const char* path = strchr(line, '/');
+        if (path) keep_version(strrchr(path, '/') + 1, version);
     }
     if (file) fclose(file);
-    qsort(name, (size_t)n, sizeof *name, compare);
-    printf("libraries");
-    for (int k = 0; k < n; ++k)
-        if (k == 0 || strcmp(name[k], name[k - 1]) != 0) printf(" %s", name[k]);
-    printf("\n");
-    for (int k = 0; k < n; ++k) om_free(name[k]);
+    int n = 0;
+    for (size_t k = 0; k < NUSED; ++k) {
+        if (!version[k][0]) continue;
+        printf("%s%s %s",
+               n == 0       ? "libraries "
+               : n % 6 == 0 ? ",\n          "
+                            : ", ",
+               used[k], version[k]);
+        n++;
+    }
+    printf("%s\n", n == 0 ? "libraries unknown" : "");
 }
 
 void om_cli_print_version(void) {
     printf("omentum %s\n", om_version());
-    printf("commit %s, compiler %s\n", OM_COMMIT, __VERSION__);
+#ifdef __clang__
+    printf("commit %s, compiler %s", OM_COMMIT, __VERSION__);
+#else
+    printf("commit %s, compiler gcc %s", OM_COMMIT, __VERSION__);
+#endif
+#ifdef __GLIBC__
+    printf(", C library %s", gnu_get_libc_version());
+#endif
+    printf("\n");
 #ifdef OM_WITH_GPL
     printf("with parts under the GPL: CHOLMOD's supernodal factors, UMFPACK\n");
 #else

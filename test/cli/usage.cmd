@@ -2,10 +2,11 @@
 $ omentum --version
 exit 0
 out ^omentum [0-9]+\.[0-9]+\.[0-9]+$
-out ^commit ([0-9a-f]{8,}(-dirty)?|unknown), compiler [0-9]
+out ^commit ([0-9a-f]{8,}(-dirty)?|unknown), compiler (gcc [0-9]|Clang|Debian Clang).*, C library 2\.[0-9]+$
 out ^with(out)? parts under the GPL: 
 out ^processors [1-9][0-9]*: (x86_64|aarch64)
-out ^libraries .*libc\.so\.6.*libcholmod\.so\.3.*libomentum\.so\.
+out ^libraries cholmod 3[.0-9]*, (umfpack|superlu) [0-9.]+, .*openblas [0-9.]+
+out  z 1\.[23][.0-9]*, .*nlopt 0[.0-9]*
 no-err
 
 $ omentum --help
