@@ -10,11 +10,11 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup python configure build wheel demo check check-all slow mutants tsan bench figures pictures keys doc install format fuzz tidy clean
+.PHONY: help setup python configure build wheel demo check check-all slow arm64 mutants tsan bench figures pictures keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
+	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
 	    while IFS='|' read -r cmd what; do printf '%-16s %s\n' "$$cmd" "$$what"; done
 
 setup: ## install the missing packages of packages.txt
@@ -37,9 +37,10 @@ demo: build ## from a CT made here to an exposed tumour; report in out/demo
 check: setup python ## format, layers, quick tests in release, sanitizers where it matters; ROOM=match: one room
 	@tools/check.sh $(ROOM)
 
-check-all: setup python ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
+check-all: setup python ## check, and the slow tests, thread sanitizer, benchmarks, MPI, arm64, mutants: hours
 	@tools/setup.sh tools/packages_ci.txt || echo "check-all: without Open MPI; its tests are skipped"
 	@tools/setup.sh tools/packages_wheel.txt || echo "check-all: without SuperLU; the build without GPL parts is skipped"
+	@tools/setup.sh tools/packages_arm64.txt || echo "check-all: without the emulator of arm64; its tests are skipped"
 	@tools/python_env.sh python/requirements_slow.txt
 	@tools/check.sh --all
 
@@ -47,6 +48,10 @@ slow: build python ## the tests that take minutes
 	@cmake --build $(RELEASE) --target tests
 	@tools/python_env.sh python/requirements_slow.txt
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
+
+arm64: setup ## build for arm64, and the quick tests in an emulator (hours)
+	@tools/setup.sh tools/packages_arm64.txt
+	@tools/arm64.sh
 
 mutants: setup ## change one line of src/ or studies/ at a time: does a test notice? (hours; a run that was stopped goes on)
 	@tools/mutants.py

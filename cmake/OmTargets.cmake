@@ -73,8 +73,11 @@ endif()
 
 # om_test_limits(NAME SECONDS [VARIABLE=VALUE...]): the hang limit of a test. It is processor time, twice SECONDS for
 # the two workers of a test, and kept by the test itself (test_common.h, run_case.py): work beside it does not
-# end it. The wall clock of CTest is for deadlocks only. Waiting threads do not spin.
+# end it. The wall clock of CTest is for deadlocks only. Waiting threads do not spin. An emulator takes 10 to 40 times as long.
 function(om_test_limits name seconds)
+    if(CMAKE_CROSSCOMPILING_EMULATOR)
+        math(EXPR seconds "20 * ${seconds}")
+    endif()
     math(EXPR cpu "2 * ${seconds}")
     math(EXPR wall "6 * ${seconds}")
     set_tests_properties(${name} PROPERTIES TIMEOUT ${wall} SKIP_RETURN_CODE 77

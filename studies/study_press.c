@@ -62,7 +62,7 @@ static OmStatus check_step(const StudyStage* stage, const OmPressReport* report,
     double min = HUGE_VAL;
     for (int e = 0; e < ntet; ++e) {
         ninverted += !(volume[e] > 0);
-        min = fmin(min, volume[e]);
+        if (volume[e] < min) min = volume[e];
     }
     run->volume_min = fmin(run->volume_min, min);
     double residual = fmax(report->tissue.residual, report->tissue.newton_residual);

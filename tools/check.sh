@@ -11,7 +11,8 @@
 #   clang                  its warnings, where it is installed
 #
 # With ROOM only the tests of that room, whole in both builds. With --all (`make check-all`, hours) every quick test under the
-# sanitizers, the slow tests, the thread sanitizer, every benchmark once, the build with MPI and the mutants.
+# sanitizers, the slow tests, the thread sanitizer, every benchmark once, the builds with MPI, without GPL parts and for arm64
+# in an emulator, and the mutants.
 # It continues after a failure so that one run tells all; what was skipped is listed by name; the last line counts,
 # the exit code decides. Times are processor time; doc/check_times.md has those of the tests.
 set -uo pipefail
@@ -169,6 +170,13 @@ if [ -n "$all" ]; then
         tests nogpl nogpl --not-label slow --name '^test_(solve|fem|tissue|contact|scene|calibrate|match)_'
     else
         skip "build without GPL parts" "libsuperlu-dev is not installed"
+    fi
+    if reason=$(tools/arm64.sh --set-up); then
+        tests arm64 arm64 --not-label 'slow|python|install' --name '^(?!tools_)'
+    elif [[ $reason == *skip:* ]]; then
+        skip "build for arm64 in an emulator" "${reason##*skip: arm64.sh: }"
+    else
+        stage "set-up of arm64" false
     fi
     stage "mutants" make mutants
 fi

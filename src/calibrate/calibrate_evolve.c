@@ -92,7 +92,8 @@ static bool is_narrow(const Evolution* e) {
         double lo = 1, hi = 0;
         for (int i = 0; i < (e->np + 1) / 2; ++i) {
             double v = e->x[e->order[i] * e->n + k];
-            lo = fmin(lo, v), hi = fmax(hi, v);
+            if (v < lo) lo = v;
+            if (v > hi) hi = v;
         }
         if (hi - lo > NARROW) return false;
     }

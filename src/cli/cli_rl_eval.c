@@ -69,7 +69,7 @@ static void print_tissue(const OmRlTask* task, const OmRlEval* e) {
         for (int i = 0; i < e->nepisode; ++i) {
             const double value = e->info[(ptrdiff_t)i * task->ninfo + k];
             nepisode += value > 0;
-            most = fmax(most, value);
+            if (value > most) most = value;
         }
         if (nepisode == 0) continue;
         printf("in %d of %d episodes ", nepisode, e->nepisode);

@@ -7,7 +7,8 @@
 
 void om__rl_choice_log(int n, const float* logit, double* log_prob) {
     double top = (double)logit[0], sum = 0;
-    for (int j = 1; j < n; ++j) top = fmax(top, (double)logit[j]);
+    for (int j = 1; j < n; ++j)
+        if ((double)logit[j] > top) top = (double)logit[j];
     for (int j = 0; j < n; ++j) sum += exp((double)logit[j] - top);
     for (int j = 0; j < n; ++j) log_prob[j] = (double)logit[j] - top - log(sum);  // sum >= 1
 }

@@ -21,7 +21,7 @@ add() {
 good() {
     printf 'int a(void) { return 1; }\n' > src/base/base_a.c
     rm -rf build
-    mkdir -p build/{release,dev,tsan,mpi,nogpl} build/release/bin
+    mkdir -p build/{release,dev,tsan,mpi,nogpl,arm64} build/release/bin
     printf '#!/bin/bash\nmkdir -p build/demo && echo demo > build/demo/report.html\n' > build/release/bin/omentum
     chmod +x build/release/bin/omentum
     printf '# none\n' > tools/slow_quick_tests.txt
@@ -31,7 +31,7 @@ good() {
     fake mpiexec 'exit 0'
     fake mpicc 'exit 0'
     local preset
-    for preset in release dev tsan mpi nogpl; do
+    for preset in release dev tsan mpi nogpl arm64; do
         add $preset test_base_a 'memory;room_base' 'echo cases=$OM_TEST_CASES'
         add $preset test_fem_b 'memory;room_fem' 'printf \"skip: no PyTorch\\n[  SKIPPED ] other\\n\"; test -z \"$OM_TEST_CASES\" || touch '"$PWD/build/memory"
         add $preset replay_c 'fuzz;parser' 'exit 77'
@@ -115,16 +115,23 @@ printf '#!/bin/bash\nexit ${BENCH:-0}\n' > build/release/bin/omentum_bench
 printf '#!/bin/bash\nexit ${PYTHON_BENCH:-0}\n' > tools/python_run.sh
 chmod +x build/release/bin/omentum_bench tools/python_run.sh
 printf 'mutants:\n\t@test "$(MUTANTS)" != live\n' > Makefile
+printf '#!/bin/bash\nexit 0\n' > tools/arm64.sh
+chmod +x tools/arm64.sh
 run --all || fail "a good tree fails with --all"
 [ -e build/slow ] || fail "the slow tests are left out"
-[ "$(ls build/nn-* | wc -l)" = 4 ] || fail "a room is left out: $(ls build/nn-* | wc -l)"
-for name in 'build tsan' 'every benchmark' 'build mpi' mutants; do
+[ "$(ls build/nn-* | wc -l)" = 5 ] || fail "a room is left out: $(ls build/nn-* | wc -l)"
+for name in 'build tsan' 'every benchmark' 'build mpi' 'build arm64' mutants; do
     holds "^ok    $name" "$name is not checked"
 done
 printf 'mutants:\n\t@false\n' > Makefile
+printf '#!/bin/bash\necho "skip: arm64.sh: no emulator"\nexit 77\n' > tools/arm64.sh
 ! BENCH=1 run --all || fail "a broken benchmark passes"
 holds '^failed: every benchmark$' "the benchmark is not named"
 holds '^failed: mutants$' "mutants that live pass"
+holds '^skipped: build for arm64 in an emulator: no emulator$' "arm64 is left out without its reason"
+printf '#!/bin/bash\nexit 1\n' > tools/arm64.sh
+! run --all || fail "a broken set-up of arm64 passes"
+holds '^failed: set-up of arm64$' "the set-up of arm64 is not named"
 grep -q '^LIMIT=2$' tools/check.sh && grep -q -- '--limit $LIMIT --allowed tools/slow_quick_tests.txt' tools/check.sh || fail "quick tests have no limit of time"
 
 # What a person types is what this script does.
