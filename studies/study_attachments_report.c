@@ -94,41 +94,33 @@ static void add_layouts(const Att* s, OmReport* report) {
 }
 
 // The underside from above, x to the right, y up: found and true, missed, wrong.
-static OmStatus add_map(const Att* s, int layout, OmReport* report) {
+static void add_map(const Att* s, int layout, OmReport* report) {
     const AttResult* r = &s->result[layout];
     int side = s->cells + 1;
-    char head[64], line[ATT_NUPDATE * 64];
-    OmText text = {0};
-    OmStatus status = OM_OK;
-    for (int y = side - 1; y >= 0 && status == OM_OK; --y) {
-        size_t n = 0;
+    char head[64];
+    StudyLines map = {0};
+    for (int y = side - 1; y >= 0; --y) {
         for (int k = 0; k < ATT_NUPDATE; ++k) {
             for (int x = 0; x < side; ++x) {
                 int i = x + side * y;  // the underside of om_tet_mesh_box, row by row
                 bool is_found = r->update[k].attached[i], is_true = r->truth[i];
-                line[n++] = is_found ? (is_true ? '#' : '+') : is_true ? 'o' : '.';
+                om__lines_add(&map, is_found ? (is_true ? "#" : "+") : is_true ? "o" : ".");
             }
-            memcpy(line + n, "   ", 3);
-            n += 3;
+            om__lines_add(&map, k + 1 < ATT_NUPDATE ? "   " : "   \n");
         }
-        line[n] = 0;
-        status = om_text_append(&text, "%s\n", line);
     }
     snprintf(head, sizeof head, "Layout %d", layout + 1);
-    if (status == OM_OK) om_report_details(report, head, text.str);
-    om_text_done(&text);
-    return status;
+    om__lines_fold(&map, report, head);
 }
 
-static OmStatus add_maps(const Att* s, OmReport* report) {
-    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return OM_OK;
+static void add_maps(const Att* s, OmReport* report) {
+    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return;
     om_report_heading(report, "Attachments found");
     om_report_paragraph(
         report,
         "The underside from above: # found and true, o missed, + found and not true, . free. From "
         "left to right: views 1, 2, 3, and all three.");
-    for (int i = 0; i < s->nlayout; ++i) OM_TRY(add_map(s, i, report));
-    return OM_OK;
+    for (int i = 0; i < s->nlayout; ++i) add_map(s, i, report);
 }
 
 static void add_calibration(const Att* s, OmReport* report) {
@@ -185,8 +177,8 @@ static OmStatus write_report(const Att* s) {
     add_table(s, &report);
     add_layouts(s, &report);
     add_calibration(s, &report);
-    OmStatus status = add_maps(s, &report);
-    if (status == OM_OK) status = add_pictures(s, &report);
+    add_maps(s, &report);
+    OmStatus status = add_pictures(s, &report);
     om_report_heading(&report, "How");
     om_report_paragraph(
         &report,
@@ -211,9 +203,7 @@ static void put_guesses(OmJson* json, const Att* s) {
         om__attach_put_quartiles(json, "tpr", 1, r->tpr);
         om__attach_put_quartiles(json, "ave_mm", 1e3, r->ave);
         om__attach_put_quartiles(json, "mve_mm", 1e3, r->mve);
-        om_json_integer(json, "refused", r->nrefused);
-        om_json_integer(json, "lost_views", r->nlost);
-        om_json_number(json, "processor_ms", r->ms);
+        om__put(json, "refused %d|lost_views %d|processor_ms %f", r->nrefused, r->nlost, r->ms);
         om_json_close(json, '}');
     }
     om_json_close(json, '}');
@@ -222,32 +212,19 @@ static void put_guesses(OmJson* json, const Att* s) {
 static void put_calibration(OmJson* json, const OmStudyAttachmentsSummary* sum) {
     om_json_open(json, "calibration", '[');
     for (int b = 0; b < OM_STUDY_NBIN; ++b) {
-        om_json_open(json, NULL, '{');
-        om_json_number(json, "from", b / (double)OM_STUDY_NBIN);
-        om_json_integer(json, "vertices", sum->bin_count[b]);
-        om_json_number(json, "attached", sum->bin_share[b]);
-        om_json_integer(json, "uncertain_vertices", sum->doubt_count[b]);
-        om_json_number(json, "wrong", sum->doubt_wrong[b]);
-        om_json_close(json, '}');
+        om__put_object(json, NULL, "from %f|vertices %d|attached %f|uncertain_vertices %d|wrong %f",
+                       b / (double)OM_STUDY_NBIN, sum->bin_count[b], sum->bin_share[b],
+                       sum->doubt_count[b], sum->doubt_wrong[b]);
     }
     om_json_close(json, ']');
 }
 
 static void put_update(OmJson* json, const AttUpdate* u) {
-    om_json_open(json, NULL, '{');
-    om_json_bool(json, "is_accepted", u->is_accepted);
-    om_json_string(json, "reason", u->reason);
-    om_json_number(json, "dsc", u->dsc);
-    om_json_number(json, "tpr", u->tpr);
-    om_json_number(json, "seen_share", u->seen_share);
-    om_json_number(json, "moved_share", u->moved_share);
-    om_json_integer(json, "choice", u->choice);
-    om_json_number(json, "after_median_mm", 1e3 * u->after_median);
-    om_json_number(json, "processor_ms", u->ms);
-    om_json_number(json, "fit_ms", u->fit_ms);
-    om_json_number(json, "infer_ms", u->infer_ms);
-    om_json_number(json, "check_ms", u->check_ms);
-    om_json_close(json, '}');
+    om__put_object(json, NULL,
+                   "is_accepted? %d|reason %s|dsc %f|tpr %f|seen_share %f|moved_share %f|choice %d|"
+                   "after_median_mm %f|processor_ms %f|fit_ms %f|infer_ms %f|check_ms %f",
+                   u->is_accepted, u->reason, u->dsc, u->tpr, u->seen_share, u->moved_share,
+                   u->choice, 1e3 * u->after_median, u->ms, u->fit_ms, u->infer_ms, u->check_ms);
 }
 
 static void put_updates(OmJson* json, const char* key, const AttUpdate* update) {
@@ -258,10 +235,8 @@ static void put_updates(OmJson* json, const char* key, const AttUpdate* update) 
 
 static OmStatus write_json(const Att* s) {
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_integer(&json, "set", s->def->set);
-    om_json_bool(&json, "is_met", s->sum.is_met);
+    OmJson json = om__json(&text);
+    om__put(&json, "set %d|is_met? %d", s->def->set, s->sum.is_met);
     put_guesses(&json, s);
     put_calibration(&json, &s->sum);
     om_json_open(&json, "layouts", '[');
@@ -286,30 +261,24 @@ static OmStatus write_json(const Att* s) {
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_csv(const Att* s) {
-    OmText t = {0};
-    OmStatus status =
-        om_text_append(&t, "layout,views,x_mm,y_mm,true,attached,probability,uncertainty\n");
+    static const char* const name[ATT_NUPDATE] = {"1", "2", "3", "all"};
+    StudyLines t = {0};
+    om__lines_add(&t, "layout,views,x_mm,y_mm,true,attached,probability,uncertainty\n");
     for (int i = 0; i < s->nlayout; ++i) {
         const AttResult* r = &s->result[i];
         for (int k = 0; k < ATT_NUPDATE && r->update[k].is_there; ++k) {
             const AttUpdate* u = &r->update[k];
-            for (int v = 0; v < r->nnode && status == OM_OK; ++v)
-                status = om_text_append(&t, "%d,%s,%.1f,%.1f,%d,%d,%.6f,%.6f\n", i + 1,
-                                        k == 0   ? "1"
-                                        : k == 1 ? "2"
-                                        : k == 2 ? "3"
-                                                 : "all",
-                                        1e3 * r->node_x[v][0], 1e3 * r->node_x[v][1], r->truth[v],
-                                        u->attached[v], (double)u->probability[v],
-                                        (double)u->uncertainty[v]);
+            for (int v = 0; v < r->nnode; ++v)
+                om__lines_add(&t, "%d,%s,%.1f,%.1f,%d,%d,%.6f,%.6f\n", i + 1, name[k],
+                              1e3 * r->node_x[v][0], 1e3 * r->node_x[v][1], r->truth[v],
+                              u->attached[v], (double)u->probability[v], (double)u->uncertainty[v]);
         }
     }
-    return om__study_save_text(s->def->out_dir, "vertices.csv", &t, status);
+    return om__lines_save(&t, s->def->out_dir, "vertices.csv");
 }
 
 OmStatus om__att_write(const Att* s) {

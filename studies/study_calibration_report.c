@@ -10,15 +10,12 @@
 
 static void put_search(OmJson* json, const char* key, const OmCalibrationResult* r) {
     static const char* const outcome[] = {"calibrated", "budget", "unfit"};
-    om_json_open(json, key, '{');
-    om_json_number(json, "cluster_spacing_mm", 1e3 * r->best[0]);
-    om_json_number(json, "cluster_radius_mm", 1e3 * r->best[1]);
-    om_json_number(json, "cluster_stiffness", r->best[2]);
-    om_json_number(json, "error_start_mm", 1e3 * r->cost_start);
-    om_json_number(json, "error_mm", 1e3 * r->cost);
-    om_json_integer(json, "evaluations", r->neval);
-    om_json_string(json, "outcome", outcome[r->outcome]);
-    om_json_close(json, '}');
+    om__put_object(
+        json, key,
+        "cluster_spacing_mm %f|cluster_radius_mm %f|cluster_stiffness %f|error_start_mm %f|"
+        "error_mm %f|evaluations %d|outcome %s",
+        1e3 * r->best[0], 1e3 * r->best[1], r->best[2], 1e3 * r->cost_start, 1e3 * r->cost,
+        r->neval, outcome[r->outcome]);
 }
 
 static OmStatus write_json(const StudyCalibration* s) {
@@ -26,17 +23,14 @@ static OmStatus write_json(const StudyCalibration* s) {
     const double unseen[NBY] = {sum->unseen_gel, sum->unseen_tuned, sum->unseen_prescribed,
                                 sum->unseen_penalty, sum->unseen_rigid};
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_integer(&json, "particles_gel", s->gel.particles.nvert);
-    om_json_integer(&json, "particles_breast", s->breast.particles.nvert);
-    om_json_number(&json, "particle_spacing_mm", 1e3 * s->def->spacing);
-    om_json_number(&json, "speed", s->def->speed);
-    om_json_number(&json, "time_step", s->def->time_step);
-    om_json_integer(&json, "truth_elements", s->breast.study.truth[0].ntet);
-    om_json_integer(&json, "fe_elements", om__study_run_at(&s->breast.study, 0, 0, 0)->ntet);
-    om_json_integer(&json, "acquisitions", s->def->nacquisition);
-    om_json_integer(&json, "seed", (int64_t)s->def->seed);
+    OmJson json = om__json(&text);
+    om__put(&json,
+            "particles_gel %d|particles_breast %d|particle_spacing_mm %f|speed %f|time_step %f|"
+            "truth_elements %d|fe_elements %d|acquisitions %d|seed %lld",
+            s->gel.particles.nvert, s->breast.particles.nvert, 1e3 * s->def->spacing, s->def->speed,
+            s->def->time_step, s->breast.study.truth[0].ntet,
+            om__study_run_at(&s->breast.study, 0, 0, 0)->ntet, s->def->nacquisition,
+            (long long)s->def->seed);
     put_search(&json, "gel", &s->gel.result);
     put_search(&json, "breast", &s->breast.result);
     om_json_integer(&json, "tuned_on_lesion", s->def->tuned + 1);
@@ -46,22 +40,20 @@ static OmStatus write_json(const StudyCalibration* s) {
     om_json_close(&json, '}');
     om_json_bool(&json, "bar_met", sum->is_met);
     om__study_put_contours(&json, &s->breast.study);
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_errors(const StudyCalibration* s) {
-    OmText t = {0};
-    OmStatus status = om_text_append(&t, "by,lesion,depth_mm,error_mm,is_tuned_on,counts\n");
+    StudyLines t = {0};
+    om__lines_add(&t, "by,lesion,depth_mm,error_mm,is_tuned_on,counts\n");
     for (int by = 0; by < NBY; ++by)
         for (int l = 0; l < s->def->nlesion; ++l)
-            for (int k = 0; k < NDEPTH && status == OM_OK; ++k)
+            for (int k = 0; k < NDEPTH; ++k)
                 if (s->error[by][l][k] >= 0)
-                    status =
-                        om_text_append(&t, "%s,%d,%g,%.5f,%d,%d\n", om__study_by_name[by], l + 1,
-                                       1e3 * s->breast.contact.depth[k], 1e3 * s->error[by][l][k],
-                                       l == s->def->tuned, om__study_counts(s, l, k));
-    return om__study_save_text(s->def->out_dir, "errors.csv", &t, status);
+                    om__lines_add(&t, "%s,%d,%g,%.5f,%d,%d\n", om__study_by_name[by], l + 1,
+                                  1e3 * s->breast.contact.depth[k], 1e3 * s->error[by][l][k],
+                                  l == s->def->tuned, om__study_counts(s, l, k));
+    return om__lines_save(&t, s->def->out_dir, "errors.csv");
 }
 
 // ---- the report -----------------------------------------------------------------------------------

@@ -150,14 +150,10 @@ static OmStatus write_report(const Cor* s) {
 
 static void put_way(OmJson* json, OmStudyWay way, const OmStudyWayResult* r) {
     om_json_open(json, om__study_way_name[way], '{');
-    om_json_integer(json, "points", r->npoint);
-    om_json_integer(json, "lost", r->nlost);
-    om_json_number(json, "answered", r->answered);
-    if (r->answered > 0) {
-        om_json_number(json, "median_mm", 1e3 * r->median);
-        om_json_number(json, "p90_mm", 1e3 * r->p90);
-        om_json_number(json, "worst_mm", 1e3 * r->worst);
-    }
+    om__put(json, "points %d|lost %d|answered %f", r->npoint, r->nlost, r->answered);
+    if (r->answered > 0)
+        om__put(json, "median_mm %f|p90_mm %f|worst_mm %f", 1e3 * r->median, 1e3 * r->p90,
+                1e3 * r->worst);
     om_json_number(json, "processor_ms", r->ms);
     om_json_close(json, '}');
 }
@@ -168,15 +164,11 @@ static OmStatus put_cases(OmJson* json, const Cor* s) {
         const MatchCase* c = &s->list[k];
         const CorResult* r = &s->result[k];
         om_json_open(json, NULL, '{');
-        om_json_string(json, "case", c->name);
-        om_json_string(json, "motion", om__match_setup[c->setup].name);
-        om_json_string(json, "view", om__match_view_name[c->view]);
-        om_json_number(json, "seen", c->seen);
-        om_json_string(json, "attachments", om__match_belief_name[c->belief]);
-        om_json_integer(json, "scan_points", r->npoint);
-        om_json_integer(json, "model_vertices", r->nmodel);
-        om_json_number(json, "scan_ms", r->scan_ms);
-        om_json_number(json, "scan_off_mm", 1e3 * r->off);
+        om__put(json,
+                "case %s|motion %s|view %s|seen %f|attachments %s|scan_points %d|model_vertices %d|"
+                "scan_ms %f|scan_off_mm %f",
+                c->name, om__match_setup[c->setup].name, om__match_view_name[c->view], c->seen,
+                om__match_belief_name[c->belief], r->npoint, r->nmodel, r->scan_ms, 1e3 * r->off);
         om_json_open(json, "ways", '{');
         for (int way = 0; way < OM_STUDY_NWAY; ++way) {
             OmStudyWayResult result;
@@ -192,10 +184,8 @@ static OmStatus put_cases(OmJson* json, const Cor* s) {
 
 static OmStatus write_json(const Cor* s) {
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_number(&json, "spacing_mm", 1e3 * s->def->spacing);
-    om_json_bool(&json, "is_met", s->sum.is_met);
+    OmJson json = om__json(&text);
+    om__put(&json, "spacing_mm %f|is_met? %d", 1e3 * s->def->spacing, s->sum.is_met);
     om_json_open(&json, "all", '{');
     for (int way = 0; way < OM_STUDY_NWAY; ++way) put_way(&json, way, &s->sum.all[way]);
     om_json_close(&json, '}');
@@ -203,28 +193,26 @@ static OmStatus write_json(const Cor* s) {
     for (int way = 0; way < OM_STUDY_NWAY; ++way) put_way(&json, way, &s->sum.fold[way]);
     om_json_close(&json, '}');
     OmStatus status = put_cases(&json, s);
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, status);
 }
 
 static OmStatus write_csv(const Cor* s) {
-    OmText t = {0};
-    OmStatus status = om_text_append(&t, "case,moved_mm");
-    for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way)
-        status = om_text_append(&t, ",%s_mm", om__study_way_name[way]);
+    StudyLines t = {0};
+    om__lines_add(&t, "case,moved_mm");
+    for (int way = 0; way < OM_STUDY_NWAY; ++way)
+        om__lines_add(&t, ",%s_mm", om__study_way_name[way]);
     for (int k = 0; k < s->ncase; ++k) {
         const CorResult* r = &s->result[k];
-        for (int i = 0; i < r->npoint && status == OM_OK; ++i) {
-            status = om_text_append(&t, "\n%d,%.2f", k + 1, 1e3 * (double)r->moved[i]);
-            for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way) {
-                double e = 1e3 * (double)r->way[way].error[i];
-                bool has = e >= 0;
-                status = has ? om_text_append(&t, ",%.2f", e) : om_text_append(&t, ",");
+        for (int i = 0; i < r->npoint; ++i) {
+            om__lines_add(&t, "\n%d,%.2f", k + 1, 1e3 * (double)r->moved[i]);
+            for (int way = 0; way < OM_STUDY_NWAY; ++way) {
+                const double e = 1e3 * (double)r->way[way].error[i];
+                om__lines_add(&t, e >= 0 ? ",%.2f" : ",", e);
             }
         }
     }
-    if (status == OM_OK) status = om_text_append(&t, "\n");
-    return om__study_save_text(s->def->out_dir, "errors.csv", &t, status);
+    om__lines_add(&t, "\n");
+    return om__lines_save(&t, s->def->out_dir, "errors.csv");
 }
 
 OmStatus om__cor_write(const Cor* s) {

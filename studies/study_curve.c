@@ -128,28 +128,22 @@ static OmStatus write_report(const OmStudyCurveDef* d, const OmStudyCurveSummary
 
 static OmStatus write_json(const OmStudyCurveDef* d, const OmStudyCurveSummary* s) {
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_integer(&json, "steps", d->nstep);
-    om_json_integer(&json, "batch", d->train.batch);
-    om_json_integer(&json, "validation_samples", d->train.nvalid);
+    OmJson json = om__json(&text);
+    om__put(&json, "steps %d|batch %d|validation_samples %d", d->nstep, d->train.batch,
+            d->train.nvalid);
     om_json_open(&json, "points", '[');
     for (int k = 0; k < s->npoint; ++k) {
         const OmStudyCurvePoint* p = &s->point[k];
         om_json_open(&json, NULL, '{');
-        om_json_integer(&json, "samples", p->nsample);
-        om_json_integer(&json, "epochs", p->nepoch);
-        om_json_integer(&json, "best_epoch", p->best_epoch);
-        om_json_number(&json, "dsc", p->dsc);
-        om_json_number(&json, "dsc_median", p->dsc_median);
-        om_json_number(&json, "tpr", p->tpr);
-        om_json_number(&json, "ece", p->ece);
-        om_json_number(&json, "dsc_trained", p->dsc_trained);
+        om__put(
+            &json,
+            "samples %d|epochs %d|best_epoch %d|dsc %f|dsc_median %f|tpr %f|ece %f|dsc_trained %f",
+            p->nsample, p->nepoch, p->best_epoch, p->dsc, p->dsc_median, p->tpr, p->ece,
+            p->dsc_trained);
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');
     if (s->npoint > 1) om_json_number(&json, "gain_of_twice", s->gain);
-    om_json_close(&json, '}');
     return om__study_save_json(d->out_dir, &json, OM_OK);
 }
 

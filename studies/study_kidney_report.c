@@ -105,42 +105,36 @@ static void add_table(const Kidney* s, int way, OmReport* report) {
 }
 
 // Levels that the truth did not reach, and the reason.
-static OmStatus add_missing(const Kidney* s, OmReport* report) {
-    OmText text = {0};
-    OmStatus status = OM_OK;
-    for (int i = 0; i < s->cases.nstate && status == OM_OK; ++i) {
-        for (int k = 0; k < s->cases.ngrasp && status == OM_OK; ++k) {
+static void add_missing(const Kidney* s, OmReport* report) {
+    StudyLines text = {0};
+    for (int i = 0; i < s->cases.nstate; ++i) {
+        for (int k = 0; k < s->cases.ngrasp; ++k) {
             int g = s->cases.grasp[k];
             const KidneyLift* l = &s->result[i * s->def->nrun].lift[g];
             if (l->nlevel >= s->cases.nlevel) continue;
-            status = om_text_append(&text, "%c%d: %d levels; %s\n", 'A' + g, s->cases.state[i] + 1,
-                                    l->nlevel, l->reason);
+            om__lines_add(&text, "%c%d: %d levels; %s\n", 'A' + g, s->cases.state[i] + 1, l->nlevel,
+                          l->reason);
         }
     }
-    if (status == OM_OK && text.len > 0) om_report_details(report, "Missing levels", text.str);
-    om_text_done(&text);
-    return status;
+    om__lines_fold(&text, report, "Missing levels");
 }
 
 // Estimates of one way that were refused, run by run.
-static OmStatus add_refused(const Kidney* s, int way, OmReport* report) {
-    OmText text = {0};
-    OmStatus status = OM_OK;
+static void add_refused(const Kidney* s, int way, OmReport* report) {
+    StudyLines text = {0};
     char title[96];
     for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i) {
-        for (int k = 0; k < s->result[i].nview && status == OM_OK; ++k) {
+        for (int k = 0; k < s->result[i].nview; ++k) {
             const KidneyView* v = &s->result[i].view[k];
             const KidneyGuess* g = &v->by[way];
             if (!g->is_there || g->is_accepted) continue;
-            status = om_text_append(&text, "%c%d, %d mm, run %d: %s\n", 'A' + v->grasp,
-                                    s->cases.state[i / s->def->nrun] + 1, 10 * (v->level + 1),
-                                    i % s->def->nrun + 1, g->reason);
+            om__lines_add(&text, "%c%d, %d mm, run %d: %s\n", 'A' + v->grasp,
+                          s->cases.state[i / s->def->nrun] + 1, 10 * (v->level + 1),
+                          i % s->def->nrun + 1, g->reason);
         }
     }
     snprintf(title, sizeof title, "Refused: %s", om__kidney_way_title[way]);
-    if (status == OM_OK && text.len > 0) om_report_details(report, title, text.str);
-    om_text_done(&text);
-    return status;
+    om__lines_fold(&text, report, title);
 }
 
 // The highest lift of each row, as the depth camera saw it.
@@ -169,7 +163,7 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     om_report_paragraph(
         report, "AVE in mm, mean over the runs, less the error at rest. The thesis's mean of the "
                 "rows is 4.01 mm, its worst row 8.81 mm (B2), its Mean Zero 7.3 to 32.0 mm.");
-    OM_TRY(add_missing(s, report));
+    add_missing(s, report);
     for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
         if (!s->sum.by[way].is_there || way == (int)main_way(s)) continue;
         om_report_begin_fold(report, om__kidney_way_title[way]);
@@ -178,7 +172,7 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     }
     OM_TRY(add_pictures(s, report));
     for (int way = OM_STUDY_KIDNEY_NETWORK; way < OM_STUDY_KIDNEY_NWAY; ++way)
-        OM_TRY(add_refused(s, way, report));
+        add_refused(s, way, report);
     return OM_OK;
 }
 
@@ -279,15 +273,11 @@ static OmStatus write_report(const Kidney* s) {
 static void put_table(const Kidney* s, int way, OmJson* json) {
     const OmStudyKidneyTable* t = &s->sum.by[way];
     om_json_open(json, om__kidney_way_name[way], '{');
-    om_json_number(json, "mean_mm", 1e3 * t->mean);
-    om_json_number(json, "worst_row_mm", 1e3 * t->worst);
-    om_json_number(json, "over_zero", t->ratio);
-    om_json_number(json, "volume_mm", 1e3 * t->volume);
-    om_json_number(json, "dsc", t->dsc);
-    om_json_number(json, "tpr", t->tpr);
-    om_json_integer(json, "refused", t->nrefused);
-    om_json_integer(json, "not_at_rest", t->nloose);
-    om_json_number(json, "processor_ms", t->ms);
+    om__put(json,
+            "mean_mm %f|worst_row_mm %f|over_zero %f|volume_mm %f|dsc %f|tpr %f|refused %d|"
+            "not_at_rest %d|processor_ms %f",
+            1e3 * t->mean, 1e3 * t->worst, t->ratio, 1e3 * t->volume, t->dsc, t->tpr, t->nrefused,
+            t->nloose, t->ms);
     om_json_open(json, "rows", '[');
     for (int i = 0; i < s->sum.nrow; ++i) {
         const OmStudyKidneyRow* r = &t->row[i];
@@ -298,8 +288,7 @@ static void put_table(const Kidney* s, int way, OmJson* json) {
         om_json_open(json, NULL, '{');
         om_json_string(json, "row", name);
         om_json_numbers(json, "ave_mm", ave, r->nlevel);
-        om_json_number(json, "mean_mm", 1e3 * r->mean);
-        om_json_number(json, "std_mm", 1e3 * r->sd);
+        om__put(json, "mean_mm %f|std_mm %f", 1e3 * r->mean, 1e3 * r->sd);
         om_json_close(json, '}');
     }
     om_json_close(json, ']');
@@ -309,11 +298,8 @@ static void put_table(const Kidney* s, int way, OmJson* json) {
 static void put_samples(const Kidney* s, OmJson* json) {
     const OmStudyKidneySummary* m = &s->sum;
     om_json_open(json, "samples", '{');
-    om_json_integer(json, "n", m->nsample);
-    om_json_integer(json, "not_made", m->nfailed);
-    om_json_integer(json, "seed", KIDNEY_SAMPLE_SEED);
-    om_json_integer(json, "stopped", m->nstopped);
-    om_json_number(json, "input_mm", 1e3 * m->input);
+    om__put(json, "n %d|not_made %d|seed %d|stopped %d|input_mm %f", m->nsample, m->nfailed,
+            KIDNEY_SAMPLE_SEED, m->nstopped, 1e3 * m->input);
     if (m->dsc.n > 0) {
         om__attach_put_quartiles(json, "dsc", 1, m->dsc);
         om__attach_put_quartiles(json, "tpr", 1, m->tpr);
@@ -326,72 +312,59 @@ static void put_samples(const Kidney* s, OmJson* json) {
 
 static OmStatus write_json(const Kidney* s) {
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_bool(&json, "quick", s->def->is_quick);
-    om_json_bool(&json, "network", s->sum.has_network);
-    om_json_bool(&json, "met", s->sum.is_met);
+    OmJson json = om__json(&text);
+    om__put(&json, "quick? %d|network? %d|met? %d", s->def->is_quick, s->sum.has_network,
+            s->sum.is_met);
     if (s->def->nsample > 0) put_samples(s, &json);
     if (s->def->nrun > 0) {
         om_json_open(&json, "dissection", '{');
-        om_json_integer(&json, "runs", s->def->nrun);
-        om_json_integer(&json, "views", s->sum.nview);
-        om_json_integer(&json, "tetrahedra_of_the_truth", s->sum.ntet);
-        om_json_integer(&json, "missing_levels", s->sum.nmissing);
-        om_json_integer(&json, "lifts_ended_early", s->sum.nshort);
-        om_json_integer(&json, "correspondence_lost", s->sum.nlost);
-        om_json_number(&json, "rest_mm", 1e3 * s->sum.rest);
+        om__put(
+            &json,
+            "runs %d|views %d|tetrahedra_of_the_truth %d|missing_levels %d|lifts_ended_early %d|"
+            "correspondence_lost %d|rest_mm %f",
+            s->def->nrun, s->sum.nview, s->sum.ntet, s->sum.nmissing, s->sum.nshort, s->sum.nlost,
+            1e3 * s->sum.rest);
         for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way)
             if (s->sum.by[way].is_there) put_table(s, way, &json);
         om_json_close(&json, '}');
     }
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 // ---- views.csv, samples.csv -----------------------------------------------------------------------------
 
-static OmStatus append_view(const KidneyView* v, const char* head, OmText* text) {
-    OmStatus status = OM_OK;
-    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY && status == OM_OK; ++way) {
-        const KidneyGuess* g = &v->by[way];
-        if (!g->is_there) continue;
-        status =
-            om_text_append(text, "%s,%c,%d,%s,%.5f,%.5f,%.5f,%.5f,%d,%d\n", head, 'A' + v->grasp,
-                           10 * (v->level + 1), om__kidney_way_name[way], 1e3 * g->ave,
-                           1e3 * g->volume, g->dsc, g->tpr, g->is_accepted, g->is_loose);
-    }
-    return status;
-}
-
 static OmStatus write_views(const Kidney* s) {
-    char head[64];
-    OmText text = {0};
-    OmStatus status =
-        om_text_append(&text, "state,run,rest_mm,grasp,lift_mm,attachments,error_mm,volume_mm,dsc,"
-                              "tpr,accepted,not_at_rest\n");
-    for (int i = 0; i < s->cases.nstate * s->def->nrun && status == OM_OK; ++i) {
+    StudyLines t = {0};
+    om__lines_add(
+        &t,
+        "state,run,rest_mm,grasp,lift_mm,attachments,error_mm,volume_mm,dsc,tpr,accepted,not_at_rest\n");
+    for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i) {
         const KidneyResult* r = &s->result[i];
-        snprintf(head, sizeof head, "%d,%d,%.5f", s->cases.state[i / s->def->nrun] + 1,
-                 i % s->def->nrun + 1, 1e3 * r->rest);
-        for (int k = 0; k < r->nview && status == OM_OK; ++k)
-            status = append_view(&r->view[k], head, &text);
+        for (int k = 0; k < r->nview * OM_STUDY_KIDNEY_NWAY; ++k) {
+            const KidneyView* v = &r->view[k / OM_STUDY_KIDNEY_NWAY];
+            const KidneyGuess* g = &v->by[k % OM_STUDY_KIDNEY_NWAY];
+            if (!g->is_there) continue;
+            om__lines_add(&t, "%d,%d,%.5f,%c,%d,%s,%.5f,%.5f,%.5f,%.5f,%d,%d\n",
+                          s->cases.state[i / s->def->nrun] + 1, i % s->def->nrun + 1, 1e3 * r->rest,
+                          'A' + v->grasp, 10 * (v->level + 1),
+                          om__kidney_way_name[k % OM_STUDY_KIDNEY_NWAY], 1e3 * g->ave,
+                          1e3 * g->volume, g->dsc, g->tpr, g->is_accepted, g->is_loose);
+        }
     }
-    return om__study_save_text(s->def->out_dir, "views.csv", &text, status);
+    return om__lines_save(&t, s->def->out_dir, "views.csv");
 }
 
 static OmStatus write_samples(const Kidney* s) {
-    OmText text = {0};
-    OmStatus status =
-        om_text_append(&text, "sample,made,input_mm,visible,attached,dsc,tpr,ave_mm,ave_same_mm,"
-                              "ave_zero_mm,stopped\n");
-    for (int i = 0; i < s->def->nsample && status == OM_OK; ++i) {
+    StudyLines text = {0};
+    om__lines_add(&text, "sample,made,input_mm,visible,attached,dsc,tpr,ave_mm,ave_same_mm,"
+                         "ave_zero_mm,stopped\n");
+    for (int i = 0; i < s->def->nsample; ++i) {
         const KidneySample* r = &s->sample[i];
-        status = om_text_append(&text, "%d,%d,%.3f,%.4f,%.4f,%.6f,%.6f,%.5f,%.5f,%.5f,%d\n", i + 1,
-                                r->is_made, 1e3 * r->input, r->visible, r->share, r->dsc, r->tpr,
-                                1e3 * r->ave, 1e3 * r->same, 1e3 * r->zero, r->nstopped);
+        om__lines_add(&text, "%d,%d,%.3f,%.4f,%.4f,%.6f,%.6f,%.5f,%.5f,%.5f,%d\n", i + 1,
+                      r->is_made, 1e3 * r->input, r->visible, r->share, r->dsc, r->tpr,
+                      1e3 * r->ave, 1e3 * r->same, 1e3 * r->zero, r->nstopped);
     }
-    return om__study_save_text(s->def->out_dir, "samples.csv", &text, status);
+    return om__lines_save(&text, s->def->out_dir, "samples.csv");
 }
 
 OmStatus om__kidney_write(const Kidney* s) {

@@ -23,6 +23,7 @@
 
 #include "studies/study_estimate.h"
 #include "studies/study_learning_internal.h"
+#include "studies/study_table.h"
 
 #define COOKIE 0x57d1ea27u
 // Processor times of a step for the estimate, s: of "retract", and of the tasks without tissue.
@@ -424,37 +425,25 @@ static void summarise(const Learning* s, OmStudyLearningSummary* r) {
 
 static OmStatus save_json(const Learning* s, const OmStudyLearningSummary* r) {
     OmText text = {0};
-    char path[1024];
-    OM_TRY(path_of(s, "study.json", path));
-    OmJson j = om_json_begin(&text);
-    om_json_open(&j, NULL, '{');
-    om_json_string(&j, "study", "learning");
-    om_json_string(&j, "task", s->def->task);
-    om_json_integer(&j, "seeds", s->def->nseed);
-    om_json_integer(&j, "steps", s->def->nstep);
-    om_json_bool(&j, "is_met", r->is_met);
-    om_json_string(&j, "missed", r->missed);
+    OmJson j = om__json(&text);
+    om__put(&j, "study %s|task %s|seeds %d|steps %lld|is_met? %d|missed %s", "learning",
+            s->def->task, s->def->nseed, (long long)s->def->nstep, r->is_met, r->missed);
     for (int l = 0; l < OM_NLEARNER; ++l) {
         const OmStudyLearning* b = &r->by[l];
         if (!b->is_there) continue;
         om_json_open(&j, om_study_learner_name((OmStudyLearner)l), '{');
-        om_json_number(&j, "mean", b->mean);
-        om_json_number(&j, "least_mean", b->least_mean);
-        om_json_number(&j, "lowest", b->lowest);
-        om_json_number(&j, "near_third", b->near_third);
-        om_json_number(&j, "far_third", b->far_third);
-        om_json_number(&j, "reality_mean", b->reality_mean);
-        om_json_number(&j, "reality_lowest", b->reality_lowest);
-        om_json_number(&j, "steps_to_90_percent", b->steps90);
-        om_json_number(&j, "seconds", b->seconds);
+        om__put(&j,
+                "mean %f|least_mean %f|lowest %f|near_third %f|far_third %f|reality_mean %f|"
+                "reality_lowest %f|steps_to_90_percent %f|seconds %f",
+                b->mean, b->least_mean, b->lowest, b->near_third, b->far_third, b->reality_mean,
+                b->reality_lowest, b->steps90, b->seconds);
         om_json_open(&j, "scores", '[');
         for (int k = 0; k < s->def->nseed; ++k)
             if (s->run[l][k].is_there) om_json_numbers(&j, NULL, s->run[l][k].score[0], s->nstart);
         om_json_close(&j, ']');
         om_json_close(&j, '}');
     }
-    om_json_close(&j, '}');
-    return om_json_save(&j, path);
+    return om__study_save_json(s->def->out_dir, &j, OM_OK);
 }
 
 static void learning_done(Learning* s) {

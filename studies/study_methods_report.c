@@ -11,11 +11,9 @@
 static OmStatus write_json(const StudyMethods* s) {
     const OmStudyMethodsSummary* sum = &s->sum;
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_string(&json, "weights", s->training);
-    om_json_integer(&json, "deformations", sum->ncount);
-    om_json_integer(&json, "outside_of_training", sum->noutside);
+    OmJson json = om__json(&text);
+    om__put(&json, "weights %s|deformations %d|outside_of_training %d", s->training, sum->ncount,
+            sum->noutside);
     for (int by = 0; by < OM_STUDY_NBY; ++by) {
         const OmStudyMethodResult* r = &sum->by[by];
         double mm[NDEPTH];
@@ -23,29 +21,25 @@ static OmStatus write_json(const StudyMethods* s) {
         om_json_open(&json, om__study_method_by_name[by], '{');
         om_json_number(&json, "mean_error_mm", 1e3 * r->mean);
         om_json_numbers(&json, "error_by_depth_mm", mm, NDEPTH);
-        om_json_number(&json, "step_ms", r->ms);
-        om_json_number(&json, "stability", r->stability);
+        om__put(&json, "step_ms %f|stability %f", r->ms, r->stability);
         om_json_close(&json, '}');
     }
-    om_json_number(&json, "worst_gap_mm", 1e3 * sum->worst_gap);
-    om_json_bool(&json, "bar_met", sum->is_met);
+    om__put(&json, "worst_gap_mm %f|bar_met? %d", 1e3 * sum->worst_gap, sum->is_met);
     om__study_put_contours(&json, &s->fit.study);
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_errors(const StudyMethods* s) {
-    OmText t = {0};
-    OmStatus status = om_text_append(&t, "method,lesion,depth_mm,error_mm,counts\n");
+    StudyLines t = {0};
+    om__lines_add(&t, "method,lesion,depth_mm,error_mm,counts\n");
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < s->def->nlesion; ++l)
-            for (int k = 0; k < NDEPTH && status == OM_OK; ++k)
+            for (int k = 0; k < NDEPTH; ++k)
                 if (s->error[by][l][k] >= 0)
-                    status =
-                        om_text_append(&t, "%s,%d,%g,%.5f,%d\n", om__study_method_by_name[by],
-                                       l + 1, 1e3 * s->fit.contact.depth[k],
-                                       1e3 * s->error[by][l][k], om__study_methods_count(s, l, k));
-    return om__study_save_text(s->def->out_dir, "errors.csv", &t, status);
+                    om__lines_add(&t, "%s,%d,%g,%.5f,%d\n", om__study_method_by_name[by], l + 1,
+                                  1e3 * s->fit.contact.depth[k], 1e3 * s->error[by][l][k],
+                                  om__study_methods_count(s, l, k));
+    return om__lines_save(&t, s->def->out_dir, "errors.csv");
 }
 
 // ---- the report -----------------------------------------------------------------------------------

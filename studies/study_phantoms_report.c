@@ -188,10 +188,9 @@ static void add_how(OmReport* report) {
 }
 
 // What failed, and counts nevertheless.
-static OmStatus add_failures(const Phantoms* s, OmReport* report) {
+static void add_failures(const Phantoms* s, OmReport* report) {
     const OmStudyPhantomsSummary* sum = &s->sum;
-    OmText text = {0};
-    OmStatus status = OM_OK;
+    StudyLines text = {0};
     char name[64];
     om_report_heading(report, "What failed");
     om__report_say(
@@ -203,30 +202,26 @@ static OmStatus add_failures(const Phantoms* s, OmReport* report) {
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         om__phantoms_name(&s->c[i], name, sizeof name);
-        for (int g = 0; g < s->c[i].ngrasp && status == OM_OK; ++g)
+        for (int g = 0; g < s->c[i].ngrasp; ++g)
             if (r->nlevel[g] < s->c[i].nlevel[g])
-                status =
-                    om_text_append(&text, "%s, grasp %d: %d of %d levels; %.1f N at the next\n",
-                                   name, g + 1, r->nlevel[g], s->c[i].nlevel[g], r->end_force[g]);
+                om__lines_add(&text, "%s, grasp %d: %d of %d levels; %.1f N at the next\n", name,
+                              g + 1, r->nlevel[g], s->c[i].nlevel[g], r->end_force[g]);
     }
-    if (status == OM_OK && text.len > 0)
-        om_report_details(report, "Lifts that ended early", text.str);
-    text.len = 0;
+    om__lines_fold(&text, report, "Lifts that ended early");
+    text = (StudyLines){0};
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         om__phantoms_name(&s->c[i], name, sizeof name);
-        for (int k = 0; k < OM_STUDY_PHANTOM_NWAY * r->nview && status == OM_OK; ++k) {
+        for (int k = 0; k < OM_STUDY_PHANTOM_NWAY * r->nview; ++k) {
             const PhantomView* v = &r->view[k / OM_STUDY_PHANTOM_NWAY];
             const PhantomEstimate* e = &v->by[k % OM_STUDY_PHANTOM_NWAY];
             if (e->is_there && !e->is_accepted)
-                status = om_text_append(
-                    &text, "%s, grasp %d, %d mm, %s: %s\n", name, v->grasp + 1, 10 * v->level,
-                    om__phantoms_way_title[k % OM_STUDY_PHANTOM_NWAY], e->reason);
+                om__lines_add(&text, "%s, grasp %d, %d mm, %s: %s\n", name, v->grasp + 1,
+                              10 * v->level, om__phantoms_way_title[k % OM_STUDY_PHANTOM_NWAY],
+                              e->reason);
         }
     }
-    if (status == OM_OK && text.len > 0) om_report_details(report, "Refused estimates", text.str);
-    om_text_done(&text);
-    return status;
+    om__lines_fold(&text, report, "Refused estimates");
 }
 
 static OmStatus write_report(const Phantoms* s) {
@@ -238,7 +233,7 @@ static OmStatus write_report(const Phantoms* s) {
     OmStatus status = OM_OK;
     for (int w = OM_STUDY_PHANTOM_NWAY - 1; w >= 0 && status == OM_OK; --w)
         status = add_pictures(s, w, &report);
-    if (status == OM_OK) status = add_failures(s, &report);
+    add_failures(s, &report);
     add_how(&report);
     return om__report_end(&report, s->def->out_dir, status);
 }
@@ -262,18 +257,12 @@ static void put_score(OmJson* json, const char* key, const OmStudyPhantomScore* 
 static OmStatus write_json(const Phantoms* s) {
     const OmStudyPhantomsSummary* sum = &s->sum;
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_bool(&json, "is_met", sum->is_met);
-    om_json_bool(&json, "has_network", sum->has_network);
-    om_json_bool(&json, "is_development", s->def->is_development);
-    om_json_bool(&json, "is_quick", s->def->is_quick);
-    om_json_integer(&json, "configurations", sum->ncase);
-    om_json_integer(&json, "lifts", sum->nlift);
-    om_json_integer(&json, "steps", sum->nview);
-    om_json_integer(&json, "lost", sum->nlost);
-    om_json_integer(&json, "loose", sum->nloose);
-    om_json_integer(&json, "lifts_ended_early", sum->nshort);
+    OmJson json = om__json(&text);
+    om__put(&json,
+            "is_met? %d|has_network? %d|is_development? %d|is_quick? %d|configurations %d|"
+            "lifts %d|steps %d|lost %d|loose %d|lifts_ended_early %d",
+            sum->is_met, sum->has_network, s->def->is_development, s->def->is_quick, sum->ncase,
+            sum->nlift, sum->nview, sum->nlost, sum->nloose, sum->nshort);
     om__attach_put_quartiles(&json, "rest_mm", 1e3, sum->rest);
     om_json_open(&json, "rows", '{');
     for (int row = 0; row < OM_STUDY_PHANTOM_NROW; ++row) {
@@ -287,41 +276,39 @@ static OmStatus write_json(const Phantoms* s) {
         om_json_close(&json, '}');
     }
     om_json_close(&json, '}');
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
-static OmStatus append_estimate(OmText* t, const char* name, const PhantomView* v, const char* way,
-                                const PhantomEstimate* e) {
-    return om_text_append(t, "%s,%d,%d,%d,%.3f,%.3f,%.3f,%.3f,%s,%d,%.4f,%.4f,%.3f,%.3f\n", name,
-                          v->grasp + 1, 10 * v->level, v->npoint, v->seen, v->force,
-                          1e3 * v->same_ave, 1e3 * v->zero_ave, way, e->is_accepted, e->dsc, e->tpr,
-                          1e3 * e->ave, 1e3 * e->volume);
+static void add_line(StudyLines* t, const char* name, const PhantomView* v, const char* way,
+                     const PhantomEstimate* e) {
+    om__lines_add(t, "%s,%d,%d,%d,%.3f,%.3f,%.3f,%.3f,%s,%d,%.4f,%.4f,%.3f,%.3f\n", name,
+                  v->grasp + 1, 10 * v->level, v->npoint, v->seen, v->force, 1e3 * v->same_ave,
+                  1e3 * v->zero_ave, way, e->is_accepted, e->dsc, e->tpr, 1e3 * e->ave,
+                  1e3 * e->volume);
 }
 
 static OmStatus write_csv(const Phantoms* s) {
     char name[64];
-    OmText t = {0};
-    OmStatus status = om_text_append(
+    StudyLines t = {0};
+    om__lines_add(
         &t,
         "configuration,grasp,lift_mm,points,facing,force_n,same_ave_mm,zero_ave_mm,way,accepted,dsc,tpr,"
         "ave_mm,volume_mm\n");
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         om__phantoms_name(&s->c[i], name, sizeof name);
-        for (int k = 0; k < r->nview && status == OM_OK; ++k)
-            for (int w = 0; w < OM_STUDY_PHANTOM_NWAY && status == OM_OK; ++w)
+        for (int k = 0; k < r->nview; ++k)
+            for (int w = 0; w < OM_STUDY_PHANTOM_NWAY; ++w)
                 if (r->view[k].by[w].is_there)
-                    status = append_estimate(&t, name, &r->view[k], om__phantoms_way_name[w],
-                                             &r->view[k].by[w]);
+                    add_line(&t, name, &r->view[k], om__phantoms_way_name[w], &r->view[k].by[w]);
         PhantomView all = {.grasp = -1,
                            .level = r->joint_level,
                            .same_ave = r->joint_same_ave};  // grasp 0: all grasps
-        for (int w = 0; w < OM_STUDY_PHANTOM_NWAY && status == OM_OK; ++w)
+        for (int w = 0; w < OM_STUDY_PHANTOM_NWAY; ++w)
             if (r->joint[w].is_there)
-                status = append_estimate(&t, name, &all, om__phantoms_way_name[w], &r->joint[w]);
+                add_line(&t, name, &all, om__phantoms_way_name[w], &r->joint[w]);
     }
-    return om__study_save_text(s->def->out_dir, "views.csv", &t, status);
+    return om__lines_save(&t, s->def->out_dir, "views.csv");
 }
 
 OmStatus om__phantoms_write(const Phantoms* s) {

@@ -5,6 +5,7 @@
 
 #include "omentum/scene_yaml.h"
 #include "studies/study_internal.h"
+#include "studies/study_table.h"
 
 #define COUNT(table) (int)(sizeof(table) / sizeof *(table))
 
@@ -63,16 +64,11 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
-    om_json_string(&json, "setup", run->setup);
-    om_json_string(&json, "method", om__study_method_name[run->method]);
-    om_json_integer(&json, "resolution", run->resolution);
-    om_json_integer(&json, "lesion", run->lesion);
-    om_json_integer(&json, "ntet", run->ntet);
-    om_json_integer(&json, "nvert", run->nvert);
-    om_json_integer(&json, "nstep", run->nstep);
-    om_json_integer(&json, "ndone", run->ndone);
-    om_json_string(&json, "reason", run->reason);
-    om_json_number(&json, "volume_min", finite(run->volume_min));
+    om__put(&json,
+            "setup %s|method %s|resolution %d|lesion %d|ntet %d|nvert %d|nstep %d|ndone %d|"
+            "reason %s|volume_min %f",
+            run->setup, om__study_method_name[run->method], run->resolution, run->lesion, run->ntet,
+            run->nvert, run->nstep, run->ndone, run->reason, finite(run->volume_min));
     om_json_open(&json, "reached", '[');
     for (int i = 0; i < run->nreached; ++i) {
         om_json_open(&json, NULL, '{');
@@ -85,14 +81,10 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
     om_json_open(&json, "step", '[');
     for (int i = 0; i < run->nrecord; ++i) {
         const StudyStep* s = &run->step[i];
-        om_json_open(&json, NULL, '{');
-        om_json_number(&json, "ms", s->ms);
-        om_json_number(&json, "force", finite(s->force));
-        om_json_number(&json, "penetration", finite(s->penetration));
-        om_json_number(&json, "residual", finite(s->residual));
-        om_json_integer(&json, "ncontact", s->ncontact);
-        om_json_integer(&json, "substeps", s->substeps);
-        om_json_close(&json, '}');
+        om__put_object(&json, NULL,
+                       "ms %f|force %f|penetration %f|residual %f|ncontact %d|substeps %d", s->ms,
+                       finite(s->force), finite(s->penetration), finite(s->residual), s->ncontact,
+                       s->substeps);
     }
     om_json_close(&json, ']');
     om_json_close(&json, '}');
@@ -151,11 +143,8 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
-    om_json_string(&json, "setup", truth->setup);
-    om_json_integer(&json, "lesion", truth->lesion);
-    om_json_integer(&json, "ntet", truth->ntet);
-    om_json_integer(&json, "ntet_coarse", truth->ntet_coarse);
-    om_json_number(&json, "seconds", truth->seconds);
+    om__put(&json, "setup %s|lesion %d|ntet %d|ntet_coarse %d|seconds %f", truth->setup,
+            truth->lesion, truth->ntet, truth->ntet_coarse, truth->seconds);
     om_json_open(&json, "at", '[');
     for (int i = 0; i < truth->ndepth; ++i) {
         const StudyTruthDepth* d = &truth->at[i];
@@ -164,11 +153,8 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
         put_vec3(&json, "fine", d->fine);
         put_vec3(&json, "coarse", d->coarse);
         put_vec3(&json, "contour", d->contour);
-        om_json_number(&json, "force", finite(d->force));
-        om_json_number(&json, "coarse_force", finite(d->coarse_force));
-        om_json_number(&json, "sink", finite(d->sink));
-        om_json_number(&json, "residual", finite(d->residual));
-        om_json_integer(&json, "nnewton", d->nnewton);
+        om__put(&json, "force %f|coarse_force %f|sink %f|residual %f|nnewton %d", finite(d->force),
+                finite(d->coarse_force), finite(d->sink), finite(d->residual), d->nnewton);
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');

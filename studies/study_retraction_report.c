@@ -427,6 +427,5 @@ OmStatus om__retraction_write_json(const Retraction* s) {
     om_json_open(&json, "cases", '[');
     for (int i = 0; i < s->ncase; ++i) put_case_json(&json, &s->result[i]);
     om_json_close(&json, ']');
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }

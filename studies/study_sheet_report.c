@@ -190,18 +190,15 @@ static void put_folds(OmJson* json, const Sheet* s) {
     for (int k = 0; k < s->nfold; ++k) {
         const SheetFold* f = &s->fold[k];
         om_json_open(json, NULL, '{');
-        om_json_integer(json, "held_out_pinch", f->left_out + 1);
-        om_json_string(json, "outcome", outcome[f->result.outcome]);
-        om_json_number(json, "cluster_spacing", f->result.best[0]);
-        om_json_number(json, "cluster_radius", f->result.best[1]);
-        om_json_number(json, "cluster_stiffness", f->result.best[2]);
-        om_json_number(json, "seen", om__study_sheet_mean(&f->error, f->left_out));
-        om_json_number(json, "unseen", om__study_sheet_pinch_mean(&f->error, f->left_out));
-        om_json_number(json, "unseen_thesis",
-                       om__study_sheet_pinch_mean(&s->thesis_error, f->left_out));
-        om_json_integer(json, "evaluations", f->result.neval);
-        om_json_integer(json, "new_evaluations", f->result.nnew);
-        om_json_number(json, "seconds_of_this_call", f->seconds);
+        om__put(json,
+                "held_out_pinch %d|outcome %s|cluster_spacing %f|cluster_radius %f|"
+                "cluster_stiffness %f|seen %f|unseen %f|unseen_thesis %f|evaluations %d|"
+                "new_evaluations %d|seconds_of_this_call %f",
+                f->left_out + 1, outcome[f->result.outcome], f->result.best[0], f->result.best[1],
+                f->result.best[2], om__study_sheet_mean(&f->error, f->left_out),
+                om__study_sheet_pinch_mean(&f->error, f->left_out),
+                om__study_sheet_pinch_mean(&s->thesis_error, f->left_out), f->result.neval,
+                f->result.nnew, f->seconds);
         put_errors(json, "error_by_pinch_and_lift", &f->error);
         om_json_close(json, '}');
     }
@@ -210,22 +207,16 @@ static void put_folds(OmJson* json, const Sheet* s) {
 
 OmStatus om__study_sheet_write_json(const Sheet* s, const OmStudySheetSummary* sum) {
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_integer(&json, "cells", s->def->cells);
-    om_json_integer(&json, "world_cells", s->def->world_cells);
-    om_json_integer(&json, "seed", (int64_t)s->def->seed);
-    om_json_integer(&json, "workers", om_worker_count(s->def->nworker));
+    OmJson json = om__json(&text);
+    om__put(&json, "cells %d|world_cells %d|seed %lld|workers %d", s->def->cells,
+            s->def->world_cells, (long long)s->def->seed, om_worker_count(s->def->nworker));
     om_json_numbers(&json, "lift", om__study_sheet_lift, OM_STUDY_NLIFT);
-    om_json_number(&json, "error_unlifted", sum->floor);
-    om_json_number(&json, "error_thesis", sum->thesis);
-    om_json_number(&json, "error_found", sum->found);
-    om_json_number(&json, "unseen_thesis", sum->unseen_thesis);
-    om_json_number(&json, "unseen_found", sum->unseen_found);
-    om_json_bool(&json, "is_met", sum->is_met);
-    om_json_number(&json, "seconds_of_one_evaluation", s->eval_seconds);
+    om__put(&json,
+            "error_unlifted %f|error_thesis %f|error_found %f|unseen_thesis %f|unseen_found %f|"
+            "is_met? %d|seconds_of_one_evaluation %f",
+            sum->floor, sum->thesis, sum->found, sum->unseen_thesis, sum->unseen_found, sum->is_met,
+            s->eval_seconds);
     put_errors(&json, "thesis_by_pinch_and_lift", &s->thesis_error);
     put_folds(&json, s);
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }

@@ -312,8 +312,7 @@ static OmStatus write_report(const Sim* s) {
 
 static void put_row(OmJson* json, const char* key, const OmStudySimulatedRow* r) {
     om_json_open(json, key, '{');
-    om_json_integer(json, "n", r->dsc.n);
-    om_json_integer(json, "simulated", r->ave.n);
+    om__put(json, "n %d|simulated %d", r->dsc.n, r->ave.n);
     if (r->dsc.n) {
         om__attach_put_quartiles(json, "dsc", 1, r->dsc);
         om__attach_put_quartiles(json, "tpr", 1, r->tpr);
@@ -332,19 +331,14 @@ static OmStatus write_json(const Sim* s) {
     char key[32];
     const OmStudySimulatedSummary* sum = &s->sum;
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_bool(&json, "is_quick", s->def->is_quick);
-    om_json_bool(&json, "has_net", sum->has_net);
-    om_json_bool(&json, "is_met", sum->is_met);
-    om_json_number(&json, "estimate_ms", sum->net_ms);
-    om_json_number(&json, "simulation_ms", sum->solve_ms);
+    OmJson json = om__json(&text);
+    om__put(&json, "is_quick? %d|has_net? %d|is_met? %d|estimate_ms %f|simulation_ms %f",
+            s->def->is_quick, sum->has_net, sum->is_met, sum->net_ms, sum->solve_ms);
     for (int set = 0; set < SIM_NSET; ++set) {
         om_json_open(&json, om__sim_set_name[set], '{');
-        om_json_integer(&json, "seed", (int64_t)s->sample_def[set].seed);
-        om_json_integer(&json, "samples", sum->nsample[set]);
-        om_json_integer(&json, "lost", sum->nlost[set]);
-        om_json_number(&json, "input_mm", 1e3 * sum->input[set]);
+        om__put(&json, "seed %lld|samples %d|lost %d|input_mm %f",
+                (long long)s->sample_def[set].seed, sum->nsample[set], sum->nlost[set],
+                1e3 * sum->input[set]);
         for (int g = 0; g < SIM_NGUESS; ++g) {
             put_row(&json, om__sim_guess_name[g], &sum->all[set][g]);
             snprintf(key, sizeof key, "%s_hidden", om__sim_guess_name[g]);
@@ -355,25 +349,24 @@ static OmStatus write_json(const Sim* s) {
         om_json_numbers(&json, "bin_true", sum->bin_true[set], OM_STUDY_SIM_NBIN);
         om_json_close(&json, '}');
     }
-    om_json_close(&json, '}');
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
 static OmStatus write_csv(const Sim* s) {
-    OmText t = {0};
-    OmStatus status = om_text_append(
+    StudyLines t = {0};
+    om__lines_add(
         &t,
         "set,sample,made,camera,regions,vertices,attached,visible,input_mm,guess,dsc,tpr,dsc_area,tpr_area,"
         "simulated,ave_mm,mve_mm,load\n");
     for (int i = 0; i < s->ncase; ++i) {
         const SimCase* c = &s->c[i];
         const SimBase* b = &c->base;
-        for (int g = 0; g < SIM_NGUESS && status == OM_OK; ++g) {
+        for (int g = 0; g < SIM_NGUESS; ++g) {
             bool is_net = g == OM_STUDY_SIM_NET;
             if (is_net && !c->has_net) continue;
             const SimScore* score = is_net ? &c->net->score : &b->score[g];
             const SimMove* move = is_net ? &c->net->move : &b->move[g];
-            status = om_text_append(
+            om__lines_add(
                 &t, "%s,%d,%d,%d,%d,%d,%.4f,%.4f,%.3f,%s,%.6f,%.6f,%.6f,%.6f,%d,%.5f,%.5f,%.4f\n",
                 om__sim_set_name[c->set], c->index + 1, b->is_made, b->is_camera, b->nregion,
                 b->nvert, b->share, b->visible, 1e3 * b->input, om__sim_guess_name[g], score->dsc,
@@ -381,7 +374,7 @@ static OmStatus write_csv(const Sim* s) {
                 1e3 * move->mve, move->load);
         }
     }
-    return om__study_save_text(s->def->out_dir, "samples.csv", &t, status);
+    return om__lines_save(&t, s->def->out_dir, "samples.csv");
 }
 
 OmStatus om__sim_write(const Sim* s) {

@@ -141,15 +141,80 @@ OmStatus om__report_end(OmReport* report, const char* dir, OmStatus status) {
     return status;
 }
 
-OmStatus om__study_save_text(const char* dir, const char* name, OmText* text, OmStatus status) {
-    char path[1024];
-    if (status >= 0) status = om_path_join(dir, name, path, sizeof path);
-    if (status >= 0) status = om_file_write(path, text->str, text->len);
-    om_text_done(text);
-    return status;
+OmJson om__json(OmText* text) {
+    OmJson json = om_json_begin(text);
+    om_json_open(&json, NULL, '{');
+    return json;
+}
+
+static void put_all(OmJson* json, const char* format, va_list args) {
+    while (*format) {
+        char key[64];
+        const size_t n = strcspn(format, " ");
+        const bool is_truth = n > 0 && format[n - 1] == '?';
+        const char* type = format + n + 2;  // behind " %"
+        snprintf(key, sizeof key, "%.*s", (int)n - is_truth, format);
+        switch (*type) {
+        case 'd':
+            if (is_truth)
+                om_json_bool(json, key, va_arg(args, int));
+            else
+                om_json_integer(json, key, va_arg(args, int));
+            break;
+        case 'l': om_json_integer(json, key, va_arg(args, long long)); break;
+        case 'f': om_json_number(json, key, va_arg(args, double)); break;
+        default: om_json_string(json, key, va_arg(args, const char*));
+        }
+        format = type + strcspn(type, "|");
+        if (*format) ++format;
+    }
+}
+
+void om__put(OmJson* json, const char* format, ...) {
+    va_list args;
+    va_start(args, format);
+    put_all(json, format, args);
+    va_end(args);
+}
+
+void om__put_object(OmJson* json, const char* key, const char* format, ...) {
+    va_list args;
+    va_start(args, format);
+    om_json_open(json, key, '{');
+    put_all(json, format, args);
+    om_json_close(json, '}');
+    va_end(args);
 }
 
 OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status) {
-    if (status >= 0) status = om_json_end(json);
-    return om__study_save_text(dir, "study.json", json->text, status);
+    char path[1024];
+    om_json_close(json, '}');
+    if (status >= 0) status = om_path_join(dir, "study.json", path, sizeof path);
+    if (status >= 0) return om_json_save(json, path);
+    om_text_done(json->text);
+    return status;
+}
+
+void om__lines_add(StudyLines* lines, const char* format, ...) {
+    char text[MAX_TEXT];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    if (lines->status == OM_OK) lines->status = om_text_append(&lines->text, "%s", text);
+}
+
+OmStatus om__lines_save(StudyLines* lines, const char* dir, const char* name) {
+    char path[1024];
+    OmStatus status = lines->status;
+    if (status >= 0) status = om_path_join(dir, name, path, sizeof path);
+    if (status >= 0) status = om_file_write(path, lines->text.str, lines->text.len);
+    om_text_done(&lines->text);
+    return status;
+}
+
+void om__lines_fold(StudyLines* lines, OmReport* report, const char* summary) {
+    om_report_fail(report, lines->status);
+    if (lines->text.len > 0) om_report_details(report, summary, lines->text.str);
+    om_text_done(&lines->text);
 }

@@ -3,6 +3,11 @@
 //     StudyTable t = om__table("depth, mm|lesions|error, mm");
 //     for (...) om__table_row(&t, "%.0f|%d|%.2f", depth, n, error);
 //     om__table_end(&t, report);
+//
+//     OmText text = {0};
+//     OmJson json = om__json(&text);
+//     om__put(&json, "lesions %d|error_mm %f|is_met? %d", n, error, is_met);
+//     return om__study_save_json(dir, &json, OM_OK);
 #ifndef OMENTUM_STUDY_TABLE_H
 #define OMENTUM_STUDY_TABLE_H
 
@@ -39,9 +44,24 @@ void om__report_facts(OmReport* report, const char* label, const char* format, .
 // Write DIR/report.html; after a failure the report is freed and the failure returned.
 OmStatus om__report_end(OmReport* report, const char* dir, OmStatus status);
 
-// Write DIR/NAME from the text, unless its making has failed, and free the text.
-OmStatus om__study_save_text(const char* dir, const char* name, OmText* text, OmStatus status);
-// The same of study.json; the object is closed by the caller.
+// Begin study.json: the object that om__study_save_json closes.
+OmJson om__json(OmText* text);
+// Keys with their values, between bars: "KEY TYPE", where TYPE is %d, %lld, %f or %s. "KEY? %d": true or false.
+void om__put(OmJson* json, const char* format, ...) OM_PRINTF(2, 3);
+// An object of them; key: null inside an array.
+void om__put_object(OmJson* json, const char* key, const char* format, ...) OM_PRINTF(3, 4);
+// Write DIR/study.json, unless its making has failed, and free the text.
 OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status);
+
+typedef struct StudyLines {  // text for a file or a fold; zero-initialise
+    OmText text;
+    OmStatus status;  // the first failure: later lines are left out, and the end returns it
+} StudyLines;
+// Append as printf does; the format has the line end.
+void om__lines_add(StudyLines* lines, const char* format, ...) OM_PRINTF(2, 3);
+// Write DIR/NAME, and free the text.
+OmStatus om__lines_save(StudyLines* lines, const char* dir, const char* name);
+// Put the text into the report, folded under a summary, if there is any, and free it.
+void om__lines_fold(StudyLines* lines, OmReport* report, const char* summary);
 
 #endif

@@ -293,33 +293,24 @@ static void put_kinds(OmJson* json, const OmStudyTrustSummary* sum) {
     om_json_open(json, "kinds", '{');
     for (int i = 0; i < OM_STUDY_TRUST_NKIND; ++i) {
         const OmStudyTrustKind* k = &sum->kind[i];
-        om_json_open(json, k->name, '{');
-        om_json_integer(json, "cases", k->n);
-        om_json_integer(json, "accepted", k->nclean);
-        om_json_integer(json, "corrected", k->ncorrected);
-        om_json_integer(json, "refused", k->nrefused);
-        om_json_integer(json, "right_cause", k->nnamed);
-        om_json_integer(json, "bad", k->nbad);
-        om_json_number(json, "dice_right", k->dice_right);
-        om_json_number(json, "dice", k->dice);
-        om_json_close(json, '}');
+        om__put_object(
+            json, k->name,
+            "cases %d|accepted %d|corrected %d|refused %d|right_cause %d|bad %d|dice_right %f|"
+            "dice %f",
+            k->n, k->nclean, k->ncorrected, k->nrefused, k->nnamed, k->nbad, k->dice_right,
+            k->dice);
     }
     om_json_close(json, '}');
 }
 
 static void put_reliability(OmJson* json, const char* key, const OmStudyReliability* r) {
     om_json_open(json, key, '{');
-    om_json_integer(json, "vertices", r->n);
-    om_json_number(json, "ece", r->ece);
-    om_json_number(json, "brier", r->brier);
-    om_json_number(json, "brier_of_set", r->brier_hard);
+    om__put(json, "vertices %d|ece %f|brier %f|brier_of_set %f", r->n, r->ece, r->brier,
+            r->brier_hard);
     om_json_open(json, "bins", '[');
     for (int b = 0; b < OM_STUDY_TRUST_NBIN; ++b) {
-        om_json_open(json, NULL, '{');
-        om_json_integer(json, "vertices", r->count[b]);
-        om_json_number(json, "probability", r->mean[b]);
-        om_json_number(json, "attached", r->share[b]);
-        om_json_close(json, '}');
+        om__put_object(json, NULL, "vertices %d|probability %f|attached %f", r->count[b],
+                       r->mean[b], r->share[b]);
     }
     om_json_close(json, ']');
     om_json_close(json, '}');
@@ -328,69 +319,54 @@ static void put_reliability(OmJson* json, const char* key, const OmStudyReliabil
 static OmStatus write_json(const Trust* s) {
     const OmStudyTrustSummary* sum = &s->sum;
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_bool(&json, "is_met", sum->is_met);
-    om_json_bool(&json, "is_quick", s->def->is_quick);
-    if (s->def->draw.kind == OM_DRAW_JUDGED) {
-        om_json_string(&json, "draw_hash", s->def->draw.hash);
-        om_json_integer(&json, "draw", s->def->draw.number);
-    }
-    om_json_integer(&json, "truths", sum->ntruth);
-    om_json_integer(&json, "lost_lifts", sum->nlost);
-    om_json_integer(&json, "right", sum->nright);
-    om_json_integer(&json, "right_refused", sum->nright_refused);
-    om_json_integer(&json, "wrong", sum->nwrong);
-    om_json_integer(&json, "wrong_refused", sum->nwrong_refused);
-    om_json_integer(&json, "bad", sum->nbad);
-    om_json_integer(&json, "absent", sum->nabsent);
-    om_json_number(&json, "dice_right", sum->dice_right);
-    om_json_number(&json, "dice_wrong", sum->dice_wrong);
+    OmJson json = om__json(&text);
+    om__put(&json, "is_met? %d|is_quick? %d", sum->is_met, s->def->is_quick);
+    if (s->def->draw.kind == OM_DRAW_JUDGED)
+        om__put(&json, "draw_hash %s|draw %d", s->def->draw.hash, s->def->draw.number);
+    om__put(&json,
+            "truths %d|lost_lifts %d|right %d|right_refused %d|wrong %d|wrong_refused %d|bad %d|"
+            "absent %d|dice_right %f|dice_wrong %f",
+            sum->ntruth, sum->nlost, sum->nright, sum->nright_refused, sum->nwrong,
+            sum->nwrong_refused, sum->nbad, sum->nabsent, sum->dice_right, sum->dice_wrong);
     put_kinds(&json, sum);
-    om_json_integer(&json, "two", sum->ntwo);
-    om_json_integer(&json, "two_out", sum->ntwo_out);
-    om_json_integer(&json, "two_refused", sum->ntwo_refused);
-    om_json_integer(&json, "two_bad", sum->ntwo_bad);
+    om__put(&json, "two %d|two_out %d|two_refused %d|two_bad %d", sum->ntwo, sum->ntwo_out,
+            sum->ntwo_refused, sum->ntwo_bad);
     put_reliability(&json, "probability_right", &sum->right);
     put_reliability(&json, "probability", &sum->all);
     put_reliability(&json, "probability_with_refused", &sum->every);
-    om_json_number(&json, "processor_ms", sum->ms);
-    om_json_number(&json, "judge_ms", sum->judge_ms);
-    om_json_close(&json, '}');
+    om__put(&json, "processor_ms %f|judge_ms %f", sum->ms, sum->judge_ms);
     return om__study_save_json(s->def->out_dir, &json, OM_OK);
 }
 
-static OmStatus put_row(OmText* t, const char* part, int truth, int lift, const TrustCase* c,
-                        const TrustUpdate* u, const TrustUpdate* right) {
-    if (!u->is_there) return OM_OK;
+static void add_line(StudyLines* t, const char* part, int truth, int lift, const TrustCase* c,
+                     const TrustUpdate* u, const TrustUpdate* right) {
+    if (!u->is_there) return;
     char reason[sizeof u->reason];
     snprintf(reason, sizeof reason, "%s", u->reason);
     for (char* at = reason; *at; ++at)
         if (*at == '"') *at = '\'';
     const char* cause = om_match_cause_name((OmMatchCause)u->cause);
-    return om_text_append(t, "%s,%d,%d,%s,%.6g,%s,%d,%d,%d,%s,%.6f,%.6f,%d,%.1f,\"%s\"\n", part,
-                          truth, lift, om__trust_error_name[c->error], show_size(c),
-                          unit_of(c->error), u->is_accepted, u->is_moved, u->is_left_out, cause,
-                          u->dice, right->dice, om__trust_is_bad(u, right), u->ms, reason);
+    om__lines_add(t, "%s,%d,%d,%s,%.6g,%s,%d,%d,%d,%s,%.6f,%.6f,%d,%.1f,\"%s\"\n", part, truth,
+                  lift, om__trust_error_name[c->error], show_size(c), unit_of(c->error),
+                  u->is_accepted, u->is_moved, u->is_left_out, cause, u->dice, right->dice,
+                  om__trust_is_bad(u, right), u->ms, reason);
 }
 
 static OmStatus write_csv(const Trust* s) {
     static const TrustCase none = {0}, other = {.error = TRUST_OTHER};
-    OmText t = {0};
-    OmStatus status =
-        om_text_append(&t, "part,truth,lift,error,size,unit,accepted,corrected,left_out,"
-                           "cause,dice,dice_right,bad,processor_ms,reason\n");
+    StudyLines t = {0};
+    om__lines_add(&t, "part,truth,lift,error,size,unit,accepted,corrected,left_out,"
+                      "cause,dice,dice_right,bad,processor_ms,reason\n");
     for (int i = 0; i < s->ntruth; ++i) {
         const TrustResult* r = &s->result[i];
-        for (int k = 0; k < r->nlift && status == OM_OK; ++k) {
+        for (int k = 0; k < r->nlift; ++k) {
             const TrustUpdate* right = &r->right[k];
-            status = put_row(&t, "right", i, k, &none, right, right);
-            if (status == OM_OK) status = put_row(&t, "wrong", i, k, &r->c[k], &r->wrong[k], right);
-            if (status == OM_OK && k + 1 < r->nlift)
-                status = put_row(&t, "two", i, k, &other, &r->two[k], right);
+            add_line(&t, "right", i, k, &none, right, right);
+            add_line(&t, "wrong", i, k, &r->c[k], &r->wrong[k], right);
+            if (k + 1 < r->nlift) add_line(&t, "two", i, k, &other, &r->two[k], right);
         }
     }
-    return om__study_save_text(s->def->out_dir, "cases.csv", &t, status);
+    return om__lines_save(&t, s->def->out_dir, "cases.csv");
 }
 
 OmStatus om__trust_write(const Trust* s) {

@@ -1,6 +1,7 @@
 // test_study_table.c: rows, cells, sentences and facts in a report's HTML; a failure stays with the report.
 #include "studies/study_table.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "test_folder.h"
@@ -82,11 +83,53 @@ static void test_sentences(void** unused) {
     assert_null(strstr(html, "nothing"));
 }
 
+static void assert_file(const char* name, const char* text) {
+    char* found;
+    size_t size;
+    assert_ok(om_file_read(in_dir(name), 1 << 20, &found, &size));
+    assert_int_equal(size, strlen(text));
+    assert_memory_equal(found, text, size);
+    om_free(found);
+}
+
+// Each type; a value that is not finite; an object in a list; lines of a file and in a fold.
+static void test_files(void** unused) {
+    (void)unused;
+    OmReport report;
+    OmText text = {0};
+    OmJson json = om__json(&text);
+    om__put(&json, "n %d|seed %lld|mm %f|by %s|is_met? %d", -3, 1LL << 40, 0.25, "a|b \"c\"", 1);
+    om_json_open(&json, "rows", '[');
+    om__put_object(&json, NULL, "is_there? %d|mm %f", 0, (double)NAN);
+    om_json_close(&json, ']');
+    assert_ok(om__study_save_json(dir, &json, OM_OK));
+    assert_file("study.json",
+                "{\n  \"n\": -3,\n  \"seed\": 1099511627776,\n  \"mm\": 0.25,\n"
+                "  \"by\": \"a|b \\\"c\\\"\",\n  \"is_met\": true,\n  \"rows\": [\n    {\n"
+                "      \"is_there\": false,\n      \"mm\": null\n    }\n  ]\n}\n");
+    text = (OmText){0};
+    json = om__json(&text);
+    assert_status(om__study_save_json(dir, &json, OM_CANCELLED), OM_CANCELLED);
+    StudyLines lines = {0};
+    om__lines_add(&lines, "a,b\n");
+    om__lines_add(&lines, "%d,%.1f\n", 1, 2.0);
+    assert_ok(om__lines_save(&lines, dir, "t2.csv"));
+    assert_file("t2.csv", "a,b\n1,2.0\n");
+    om_report_begin(&report, "folds", "");
+    lines = (StudyLines){0};
+    om__lines_fold(&lines, &report, "empty");
+    om__lines_add(&lines, "line %d\n", 1);
+    om__lines_fold(&lines, &report, "one line");
+    read_report(&report);
+    assert_has("one line</summary>");
+    assert_has("line 1\n");
+    assert_null(strstr(html, ">empty<"));
+}
+
 // A failure on the way keeps the old report, and is returned.
 static void test_failures(void** unused) {
     (void)unused;
     OmReport report;
-    OmText text = {0};
     om_report_begin(&report, "new", "");
     assert_status(om__report_end(&report, dir, OM_CANCELLED), OM_CANCELLED);
     om_report_begin(&report, "new", "");
@@ -98,19 +141,17 @@ static void test_failures(void** unused) {
     size_t size;
     om_free(html);
     assert_ok(om_file_read(in_dir("report.html"), 1 << 20, &html, &size));
-    assert_has("sentences");
-    assert_ok(om_text_append(&text, "a,b\n"));
-    assert_status(om__study_save_text(dir, "t.csv", &text, OM_IO), OM_IO);
+    assert_has("folds");
+    StudyLines lines = {.status = OM_IO};
+    om__lines_add(&lines, "a,%d\n", 1);
+    assert_status(om__lines_save(&lines, dir, "t.csv"), OM_IO);
     assert_false(om_path_exists(in_dir("t.csv")));
-    assert_ok(om_text_append(&text, "a,b\n"));
-    assert_ok(om__study_save_text(dir, "t.csv", &text, OM_OK));
-    assert_true(om_path_exists(in_dir("t.csv")));
     om_free(html);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_rows), cmocka_unit_test(test_cells),
-                                       cmocka_unit_test(test_sentences),
-                                       cmocka_unit_test(test_failures)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rows), cmocka_unit_test(test_cells), cmocka_unit_test(test_sentences),
+        cmocka_unit_test(test_files), cmocka_unit_test(test_failures)};
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
