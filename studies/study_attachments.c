@@ -9,7 +9,6 @@
 #include <time.h>
 
 #include "studies/study_attachments.h"
-#include "studies/study_estimate.h"
 
 #define COOKIE 0x57d1a77au
 #define STILL 0.001        // m
@@ -114,10 +113,9 @@ static double share_facing(const MatchTruth* t) {
 static OmStatus make_view(Layout* l, int layout, int g) {
     static const MatchCase whole = {.name = "whole", .view = VIEW_FULL, .seen = 1};
     View* v = &l->view[g];
-    bool is_new;
     const OmStudyAttachmentsDef* def = l->s->def;
     v->setup = om__match_layout_setup(layout, g, l->s->cells);
-    OM_TRY(om__match_truth_get(&v->setup, def->out_dir, def->nworker, &is_new, &v->truth));
+    OM_TRY(om__match_truth_get(&v->setup, def->out_dir, def->nworker, NULL, &v->truth));
     OM_TRY(om__match_twin_get(&v->setup, BELIEF_NONE, &v->truth, 1, def->nworker, &v->twin));
     clock_t begin = clock();
     OM_TRY(om__match_scan(&v->truth, &v->twin.site, &v->setup.move, &whole, 0, &v->scan));
@@ -349,11 +347,13 @@ static OmStatus create_updater(Layout* l) {
     return om_banet_updater_create(&def, &l->updater);
 }
 
-static OmStatus run_layout(const Att* s, int layout, AttResult* r) {
+static OmStatus run_layout(void* ctx, int index, void* result) {
+    const Att* s = ctx;
+    AttResult* r = result;
+    const int layout = s->first + index;
     Layout l = {.s = s, .r = r};
     OmMatchDef def;
     OmStatus status;
-    memset(r, 0, sizeof *r);
     OM_TRY_DONE(make_truth(&l, layout));
     for (int g = 0; g < MATCH_NGRASP; ++g) OM_TRY_DONE(make_view(&l, layout, g));
     for (int k = 0; k < ATT_NUPDATE; ++k) {
@@ -472,45 +472,31 @@ static void summarise(Att* s) {
                   three->tpr.median >= OM_STUDY_ATT_TPR3 && one->ms <= OM_STUDY_ATT_MS;
 }
 
-static uint64_t hash_layout(const Att* s, int layout) {
-    const MatchLayout* l = &om__match_layout[layout];
+static OmStatus name_layout(const void* ctx, int i, char name[64], uint64_t* hash) {
+    const Att* s = ctx;
+    const MatchLayout* l = &om__match_layout[s->first + i];
     double number[5 + 2 * MATCH_NGRASP] = {l->layout[0], l->layout[1], l->share, l->lift, s->cells};
     memcpy(number + 5, l->grasp, sizeof l->grasp);
-    const int method = ATT_METHOD;
-    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
-    hash = om_hash(&method, sizeof method, hash);
-    hash = om_hash(&s->net_hash, sizeof s->net_hash, hash);
-    return om_hash(number, sizeof number, hash);
-}
-
-static void layout_name(const Att* s, int i, char* name, size_t size) {
-    snprintf(name, size, "layout-%02d-%d.bin", s->first + i + 1, s->cells);
-}
-
-static OmStatus tell(const Att* s) {
-    StudyWork work = {"layouts", 0, s->def->is_quick ? 6 : 20, false};
-    for (int i = 0; i < s->nlayout; ++i) {
-        char name[64];
-        layout_name(s, i, name, sizeof name);
-        work.n += !om__study_has_file(s->def->out_dir, name);
-    }
-    return om__study_estimate_tell(&work, 1, 1, s->progress);
+    snprintf(name, 64, "layout-%02d-%d.bin", s->first + i + 1, s->cells);
+    *hash = om__study_hash_method(ATT_METHOD);
+    *hash = om_hash(&s->net_hash, sizeof s->net_hash, *hash);
+    *hash = om_hash(number, sizeof number, *hash);
+    return OM_OK;
 }
 
 static OmStatus run(Att* s) {
-    OM_TRY(tell(s));
-    for (int i = 0; i < s->nlayout; ++i) {
-        AttResult* r = &s->result[i];
-        char name[64];
-        layout_name(s, i, name, sizeof name);
-        OM_TRY(om_progress_report(s->progress, "layouts", i, s->nlayout));
-        uint64_t hash = hash_layout(s, s->first + i);
-        if (om__match_load_result(s->def->out_dir, name, hash, r, sizeof *r)) continue;
-        OM_TRY(run_layout(s, s->first + i, r));
-        ++s->sum.nnew;
-        if (!r->update[0].is_there) continue;
-        OM_TRY(om__match_save_result(s->def->out_dir, name, hash, r, sizeof *r));
-    }
+    StudyCases c = {.dir = s->def->out_dir,
+                    .what = "layouts",
+                    .n = s->nlayout,
+                    .nworker = 1,
+                    .seconds = s->def->is_quick ? 6 : 20,
+                    .size = sizeof *s->result,
+                    .result = s->result,
+                    .ctx = s,
+                    .name = name_layout,
+                    .make = run_layout};
+    OM_TRY(om__cases_run(&c, s->progress));
+    s->sum.nnew = c.nmissing;
     summarise(s);
     return OM_OK;
 }

@@ -154,9 +154,8 @@ static OmStatus add_pictures(const Att* s, OmReport* report) {
     for (int i = 0; i < s->nlayout; ++i) {
         MatchSetup setup = om__match_layout_setup(s->first + i, 0, s->cells);
         MatchTruth truth;
-        bool is_new;
         char text[64];
-        OM_TRY(om__match_truth_get(&setup, s->def->out_dir, s->def->nworker, &is_new, &truth));
+        OM_TRY(om__match_truth_get(&setup, s->def->out_dir, s->def->nworker, NULL, &truth));
         const OmCamera* camera = &truth.head.camera;
         OmPicture picture = {camera->width, camera->height, 3, truth.color[VIEW_FULL]};
         snprintf(text, sizeof text, "layout %d, view 1, %.0f %% facing the camera", i + 1,

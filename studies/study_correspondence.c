@@ -14,7 +14,6 @@
 #include <time.h>
 
 #include "studies/study_correspondence.h"
-#include "studies/study_estimate.h"
 
 #define COOKIE 0x57d1c0deu
 #define NRUN 3
@@ -169,14 +168,15 @@ static OmStatus try_way(Stage* g, OmStudyWay way, const WayInput* in, CorResult*
     return OM_OK;
 }
 
-static OmStatus run_case(const Cor* s, const MatchCase* c, CorResult* r) {
+static OmStatus run_case(void* ctx, int index, void* result) {
     static const double share[2] = {0.7, 1};
+    const Cor* s = ctx;
+    const MatchCase* c = &s->list[index];
+    CorResult* r = result;
     Stage g = {.s = s, .c = c, .setup = &om__match_setup[c->setup]};
     OmMatchDef def;
-    bool is_new;
     OmStatus status;
-    memset(r, 0, sizeof *r);
-    OM_TRY_DONE(om__match_truth_get(g.setup, s->def->out_dir, s->def->nworker, &is_new, &g.truth));
+    OM_TRY_DONE(om__match_truth_get(g.setup, s->def->out_dir, s->def->nworker, NULL, &g.truth));
     for (int k = 0; k < 2; ++k)
         OM_TRY_DONE(om__match_twin_get(g.setup, c->belief, &g.truth, share[k], s->def->nworker,
                                        &g.twin[k]));
@@ -261,44 +261,31 @@ static OmStatus summarise(Cor* s) {
     return OM_OK;
 }
 
-// Hash of everything that the result of a case depends on, but the truth's file.
-static uint64_t hash_case(const Cor* s, const MatchCase* c) {
-    const int method = COR_METHOD;
-    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
-    hash = om_hash(&method, sizeof method, hash);
-    hash = om_hash(c->name, strlen(c->name), hash);
+// The hash is of everything that the result of a case depends on, but the truth's file.
+static OmStatus name_case(const void* ctx, int k, char name[64], uint64_t* hash) {
+    const Cor* s = ctx;
+    const MatchCase* c = &s->list[k];
     const double number[] = {c->setup, c->view, c->seen, c->keeps_far, c->belief, s->def->spacing};
-    hash = om_hash(number, sizeof number, hash);
-    return hash;
-}
-
-static void case_name(const Cor* s, int k, char* name, size_t size) {
-    snprintf(name, size, "case-%s%02d.bin", s->def->is_quick ? "quick-" : "", k + 1);
-}
-
-static OmStatus tell(const Cor* s) {
-    StudyWork work = {"cases", 0, s->def->is_quick ? 8 : 12, false};
-    for (int k = 0; k < s->ncase; ++k) {
-        char name[64];
-        case_name(s, k, name, sizeof name);
-        work.n += !om__study_has_file(s->def->out_dir, name);
-    }
-    return om__study_estimate_tell(&work, 1, 1, s->progress);
+    snprintf(name, 64, "case-%s%02d.bin", s->def->is_quick ? "quick-" : "", k + 1);
+    *hash = om__study_hash_method(COR_METHOD);
+    *hash = om_hash(c->name, strlen(c->name), *hash);
+    *hash = om_hash(number, sizeof number, *hash);
+    return OM_OK;
 }
 
 static OmStatus run(Cor* s) {
-    OM_TRY(tell(s));
-    for (int k = 0; k < s->ncase; ++k) {
-        const MatchCase* c = &s->list[k];
-        CorResult* r = &s->result[k];
-        char name[64];
-        OM_TRY(om_progress_report(s->progress, c->name, k, s->ncase));
-        case_name(s, k, name, sizeof name);
-        if (om__match_load_result(s->def->out_dir, name, hash_case(s, c), r, sizeof *r)) continue;
-        OM_TRY(run_case(s, c, r));
-        ++s->sum.nnew;
-        OM_TRY(om__match_save_result(s->def->out_dir, name, hash_case(s, c), r, sizeof *r));
-    }
+    StudyCases c = {.dir = s->def->out_dir,
+                    .what = "cases",
+                    .n = s->ncase,
+                    .nworker = 1,
+                    .seconds = s->def->is_quick ? 8 : 12,
+                    .size = sizeof *s->result,
+                    .result = s->result,
+                    .ctx = s,
+                    .name = name_case,
+                    .make = run_case};
+    OM_TRY(om__cases_run(&c, s->progress));
+    s->sum.nnew = c.nmissing;
     return summarise(s);
 }
 

@@ -110,9 +110,8 @@ static OmStatus add_pictures(const Cor* s, OmReport* report) {
         if (is_shown[c->setup]) continue;
         is_shown[c->setup] = true;
         MatchTruth truth;
-        bool is_new;
         const MatchSetup* setup = &om__match_setup[c->setup];
-        OM_TRY(om__match_truth_get(setup, s->def->out_dir, s->def->nworker, &is_new, &truth));
+        OM_TRY(om__match_truth_get(setup, s->def->out_dir, s->def->nworker, NULL, &truth));
         const OmCamera* camera = &truth.head.camera;
         OmPicture picture = {camera->width, camera->height, 3, truth.color[c->view]};
         om_report_picture(report, &picture, c->name);

@@ -92,7 +92,7 @@ OmStatus om_study_kidney_run(const OmStudyKidneyDef* def, const OmProgress* prog
     OmBanetNet* net = NULL;
     OM_TRY(om__kidney_make_scene(def->volume, def->is_quick, &s.scene));
     OM_TRY(load_network(&s, &net));
-    s.sample = om_calloc((size_t)def->nsample + 1, sizeof *s.sample);
+    s.sample = om_calloc((size_t)def->nsample + KIDNEY_CHUNK, sizeof *s.sample);
     s.result = om_calloc((size_t)(s.cases.nstate * def->nrun) + 1, sizeof *s.result);
     OmStatus status = s.result && s.sample ? OM_OK : OM_NO_MEMORY;
     if (status == OM_OK) status = om_folder_open(def->out_dir, "kidney study", &folder);

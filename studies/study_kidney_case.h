@@ -19,6 +19,7 @@
 #define KIDNEY_NLEVEL 5    // lifts of 10 to 50 mm
 #define KIDNEY_STEP 0.010  // m, between levels
 #define KIDNEY_SAMPLE_SEED 4005
+#define KIDNEY_CHUNK 20         // samples of a file
 #define KIDNEY_NOISE_SEED 4106  // of run 0; the next runs follow
 
 // Where the jaw closes, x and y of the task frame, m.
@@ -73,7 +74,7 @@ OmStatus om__kidney_hash_truth(const OmScene* scene, uint64_t* hash);
 OmStatus om__kidney_truth_open(const OmScene* scene, bool is_quick, int state, int nworker,
                                KidneyTruth* truth);
 void om__kidney_truth_close(KidneyTruth* truth);
-// Lift at a grasp, or read the result from a file of `dir` if it has one of this setup.
+// Lift at a grasp, or read the result from a file of `dir` if it has one of this setup. is_new: may be null.
 OmStatus om__kidney_truth_lift(KidneyTruth* truth, const char* dir, int grasp, bool* is_new);
 // Show a moment of a lift that is there.
 OmStatus om__kidney_truth_show(KidneyTruth* truth, int grasp, KidneyMoment moment);
@@ -147,7 +148,7 @@ typedef struct Kidney {
     uint64_t net_hash;  // om_banet_net_hash; 0: none
     // [state][run], by index into cases  (nstate x nrun)
     KidneyResult* result;
-    KidneySample* sample;  // (nsample)
+    KidneySample* sample;  // (nsample, and room to a multiple of KIDNEY_CHUNK)
     OmStudyKidneySummary sum;
 } Kidney;
 

@@ -436,11 +436,9 @@ static OmStatus save_picture(Operation* o, int grasp, int nlevel) {
 static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     bool is_loose;
     const KidneyCases* c = &o->s->cases;
-    memset(r, 0, sizeof *r);
     r->ntet = o->truth.site.mesh.ntet;
     for (int i = 0; i < c->ngrasp; ++i) {
-        bool is_new;
-        OM_TRY(om__kidney_truth_lift(&o->truth, o->s->def->out_dir, c->grasp[i], &is_new));
+        OM_TRY(om__kidney_truth_lift(&o->truth, o->s->def->out_dir, c->grasp[i], NULL));
         r->lift[c->grasp[i]] = o->truth.lift[c->grasp[i]];
     }
     for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way)
@@ -460,12 +458,21 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     return OM_OK;
 }
 
-// Hash of everything that a run depends on: method, network, twin, and the truth with its attachments.
-static OmStatus hash_run(const Kidney* s, int state, int run, uint64_t* hash) {
+typedef struct Runs {
+    Kidney* s;
+    Operation o;
+    bool is_open;
+} Runs;
+
+// The hash is of everything that a run depends on: method, network, twin, and the truth with its attachments.
+static OmStatus name_run(const void* ctx, int i, char name[64], uint64_t* hash) {
+    const Kidney* s = ((const Runs*)ctx)->s;
+    const int state = s->cases.state[i / s->def->nrun], run = i % s->def->nrun;
     const int number[] = {METHOD, state, run, KIDNEY_NOISE_SEED, s->def->is_quick};
     const OmTetMesh* mesh = &s->twin.mesh;
     OmPose task = om_pose_inverse(s->twin.pose_world_task);
     OmText text = {0};
+    snprintf(name, 64, "run-%d-%02d%s.bin", state + 1, run + 1, s->def->is_quick ? "-quick" : "");
     OmStatus status = om__kidney_hash_truth(&s->scene, hash);
     if (status == OM_OK) status = om_scene_print(&s->scene, false, &text);
     if (status == OM_OK) *hash = om_hash(text.str, text.len, *hash);
@@ -482,35 +489,35 @@ static OmStatus hash_run(const Kidney* s, int state, int run, uint64_t* hash) {
     return status;
 }
 
-OmStatus om__kidney_run_lifts(Kidney* s) {
-    const OmStudyKidneyDef* d = s->def;
-    Operation o = {0};
-    OmStatus status = OM_OK;
-    for (int i = 0; i < s->cases.nstate && status >= 0; ++i) {
-        int state = s->cases.state[i];
-        bool is_open = false;
-        for (int run = 0; run < d->nrun && status >= 0; ++run) {
-            KidneyResult* r = &s->result[i * d->nrun + run];
-            char name[64];
-            uint64_t hash;
-            snprintf(name, sizeof name, "run-%d-%02d%s.bin", state + 1, run + 1,
-                     d->is_quick ? "-quick" : "");
-            OM_TRY_DONE(om_progress_report(s->progress, "runs", i * d->nrun + run,
-                                           s->cases.nstate * d->nrun));
-            OM_TRY_DONE(hash_run(s, state, run, &hash));
-            if (om__match_load_result(d->out_dir, name, hash, r, sizeof *r)) continue;
-            if (!is_open) OM_TRY_DONE(operation_open(s, state, &o));
-            is_open = true;
-            status = run_operation(&o, run, r);
-            forget(&o);
-            if (status < 0) goto done;
-            OM_TRY_DONE(om__match_save_result(d->out_dir, name, hash, r, sizeof *r));
-            ++s->sum.nnew;
-        }
-        operation_done(&o);
+// Runs of a state follow each other and share the truth.
+static OmStatus make_run(void* ctx, int i, void* result) {
+    Runs* r = ctx;
+    const int state = r->s->cases.state[i / r->s->def->nrun];
+    if (r->is_open && r->o.state != state) {
+        operation_done(&r->o);
+        r->is_open = false;
     }
-done:
-    operation_done(&o);
+    if (!r->is_open) OM_TRY(operation_open(r->s, state, &r->o));
+    r->is_open = true;
+    ++r->s->sum.nnew;
+    OmStatus status = run_operation(&r->o, i % r->s->def->nrun, result);
+    forget(&r->o);
+    return status;
+}
+
+OmStatus om__kidney_run_lifts(Kidney* s) {
+    Runs r = {.s = s};
+    StudyCases c = {.dir = s->def->out_dir,
+                    .what = "runs",
+                    .n = s->cases.nstate * s->def->nrun,
+                    .nworker = 1,
+                    .size = sizeof *s->result,
+                    .result = s->result,
+                    .ctx = &r,
+                    .name = name_run,
+                    .make = make_run};
+    OmStatus status = om__cases_run(&c, s->progress);
+    operation_done(&r.o);
     return status;
 }
 

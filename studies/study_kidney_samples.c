@@ -2,7 +2,7 @@
 //
 // Samples are those of the training (om_banet_sample_make, way (a): exact displacements of the visible part) with the
 // twin's mesh in place of random bodies. Scores and simulations are those of Table 4.1. A file holds the results of
-// CHUNK samples.
+// KIDNEY_CHUNK samples.
 #include <string.h>
 
 #include "omentum/banet_fuse.h"
@@ -11,7 +11,6 @@
 #include "studies/study_match_case.h"
 #include "studies/study_simulated_internal.h"
 
-#define CHUNK 20
 #define METHOD 3  // number of the method: results of another one are computed again
 
 OmBanetSampleDef om__kidney_sample_def(const Kidney* s) {
@@ -64,7 +63,6 @@ static OmStatus run_sample(const Kidney* s, int index, KidneySample* r) {
     OmBanetSampleDef def = om__kidney_sample_def(s);
     OmBanetSample sample;
     SimBody body = {0};
-    memset(r, 0, sizeof *r);
     OmStatus status = om_banet_sample_make(&def, index, &sample);
     if (status != OM_OK) return status < 0 ? status : OM_OK;  // no draw: is_made stays false
     r->is_made = true;
@@ -75,58 +73,58 @@ static OmStatus run_sample(const Kidney* s, int index, KidneySample* r) {
     if (status == OM_OK) status = score_sample(s, &body, r);
     om__sim_body_done(&body);
     om_banet_sample_done(&sample);
-    return status;
+    return status < 0 ? om_error_prefix(status, "kidney sample %d", index + 1) : OM_OK;
 }
 
 typedef struct Chunk {
     const Kidney* s;
-    int first, n;
-    OmStatus status[CHUNK];
-    char message[CHUNK][200];
+    int first;
+    KidneySample* result;  // (KIDNEY_CHUNK)
 } Chunk;
 
-static void run_range(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Chunk* c = ctx;
-    for (int i = begin; i < end; ++i) {
-        c->status[i] = run_sample(c->s, c->first + i, &c->s->sample[c->first + i]);
-        if (c->status[i] < 0) snprintf(c->message[i], 200, "%.199s", om_error_message());
-    }
+static OmStatus run_one(void* ctx, int i) {
+    const Chunk* c = ctx;
+    return run_sample(c->s, c->first + i, &c->result[i]);
 }
 
-static uint64_t hash_chunk(const Kidney* s, int first, int n) {
+static int chunk_size(const Kidney* s, int k) {
+    const int left = s->def->nsample - k * KIDNEY_CHUNK;
+    return left < KIDNEY_CHUNK ? left : KIDNEY_CHUNK;
+}
+
+static OmStatus run_chunk(void* ctx, int k, void* result) {
+    Kidney* s = ctx;
+    const int n = chunk_size(s, k);
+    s->sum.nnew += n;
+    Chunk c = {s, k * KIDNEY_CHUNK, result};
+    return om__study_each(n, n, s->def->nworker, run_one, &c, NULL, NULL);
+}
+
+static OmStatus name_chunk(const void* ctx, int k, char name[64], uint64_t* hash) {
+    const Kidney* s = ctx;
     const OmBanetSampleDef sample = om__kidney_sample_def(s);
     const uint64_t def = om_banet_sample_def_hash(&sample);
-    const int number[] = {METHOD, first, n};
-    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
-    hash = om_hash(number, sizeof number, hash);
-    hash = om_hash(&def, sizeof def, hash);
-    return om_hash(&s->net_hash, sizeof s->net_hash, hash);
-}
-
-static OmStatus run_chunk(Kidney* s, int first, int n) {
-    Chunk c = {.s = s, .first = first, .n = n};
-    KidneySample* result = s->sample + first;
-    char name[64];
-    uint64_t hash = hash_chunk(s, first, n);
-    snprintf(name, sizeof name, "samples-%05d%s.bin", first + 1, s->def->is_quick ? "-quick" : "");
-    size_t size = (size_t)n * sizeof *result;
-    if (om__match_load_result(s->def->out_dir, name, hash, result, size)) return OM_OK;
-    om_parallel_for(s->def->nworker, n, 1, run_range, &c);
-    for (int i = 0; i < n; ++i)
-        OM_CHECK(c.status[i] >= 0, c.status[i], "kidney sample %d: %s", first + i + 1,
-                 c.message[i]);
-    s->sum.nnew += n;
-    return om__match_save_result(s->def->out_dir, name, hash, result, size);
+    const int number[] = {METHOD, k * KIDNEY_CHUNK, chunk_size(s, k)};
+    snprintf(name, 64, "samples-%05d%s.bin", k * KIDNEY_CHUNK + 1,
+             s->def->is_quick ? "-quick" : "");
+    *hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    *hash = om_hash(number, sizeof number, *hash);
+    *hash = om_hash(&def, sizeof def, *hash);
+    *hash = om_hash(&s->net_hash, sizeof s->net_hash, *hash);
+    return OM_OK;
 }
 
 OmStatus om__kidney_run_samples(Kidney* s) {
-    int n = s->def->nsample;
-    for (int first = 0; first < n; first += CHUNK) {
-        OM_TRY(om_progress_report(s->progress, "samples", first, n));
-        OM_TRY(run_chunk(s, first, n - first < CHUNK ? n - first : CHUNK));
-    }
-    return OM_OK;
+    StudyCases c = {.dir = s->def->out_dir,
+                    .what = "sets of samples",
+                    .n = (s->def->nsample + KIDNEY_CHUNK - 1) / KIDNEY_CHUNK,
+                    .nworker = 1,
+                    .size = KIDNEY_CHUNK * sizeof *s->sample,
+                    .result = s->sample,
+                    .ctx = s,
+                    .name = name_chunk,
+                    .make = run_chunk};
+    return om__cases_run(&c, s->progress);
 }
 
 OmStatus om__kidney_summarise_samples(Kidney* s) {

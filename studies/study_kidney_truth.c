@@ -217,8 +217,9 @@ OmStatus om__kidney_truth_lift(KidneyTruth* t, const char* dir, int grasp, bool*
     OM_TRY(hash_setup(t, grasp, &hash));
     snprintf(name, sizeof name, "truth-%c%d%s.bin", 'A' + grasp, t->state + 1,
              t->is_quick ? "-quick" : "");
-    *is_new = !om__match_load_result(dir, name, hash, file, size);
-    if (!*is_new) {
+    const bool is_there = om__match_load_result(dir, name, hash, file, size);
+    if (is_new) *is_new = !is_there;
+    if (is_there) {
         memcpy(&t->lift[grasp], file, sizeof(KidneyLift));
         return OM_OK;
     }

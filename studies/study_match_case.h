@@ -9,6 +9,7 @@
 #include "omentum/match.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
+#include "studies/study_cases.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it
 #define MATCH_MAX_WAY 40    // pictures kept on the way
@@ -135,7 +136,7 @@ typedef struct MatchTruth {  // om__match_truth_done frees; zero-initialise
     unsigned char* way_color[NVIEW];  // (nway x pixels x 3)
 } MatchTruth;
 
-// Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup.
+// Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup. is_new: may be null.
 OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
                              MatchTruth* truth);
 void om__match_truth_done(MatchTruth* truth);
@@ -182,11 +183,6 @@ typedef struct MatchTwin {  // om__match_twin_done frees; zero-initialise
 OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const MatchTruth* truth,
                             double share, int nworker, MatchTwin* twin);
 void om__match_twin_done(MatchTwin* twin);
-// Read what a study found on a case, or write it; `setup` is a hash of everything the result depends on.
-bool om__match_load_result(const char* dir, const char* name, uint64_t setup, void* result,
-                           size_t size);
-OmStatus om__match_save_result(const char* dir, const char* name, uint64_t setup,
-                               const void* result, size_t size);
 // Move a body from its present state by the measured tips.
 OmStatus om__match_follow(OmBody* body, const MatchMove* move, const MatchHead* head, int ntick);
 

@@ -15,85 +15,15 @@
 #include "omentum/shape_closest.h"
 #include "studies/study_match_case.h"
 
-#define MAX_PATH 1024
-#define MAX_FILE ((size_t)256 << 20)
-#define MARK 0x4d41544348303033ull  // of a file, with its version
-#define SPEED 0.04                  // m/s, of the motion
-#define FAST 0.1                    // m/s, to the tissue
-#define ABOVE 0.02                  // m
-#define WAIT 50                     // ticks after the motion
-#define MAX_WAY 1000                // ticks to the tissue
+#define SPEED 0.04    // m/s, of the motion
+#define FAST 0.1      // m/s, to the tissue
+#define ABOVE 0.02    // m
+#define WAIT 50       // ticks after the motion
+#define MAX_WAY 1000  // ticks to the tissue
 #define JAW_TICKS 30
 #define JAW_OPEN 0.7  // rad
 
 // ---- files --------------------------------------------------------------------------------------------
-
-typedef struct Part {
-    void* data;
-    size_t size;
-} Part;
-
-typedef struct FileHead {
-    uint64_t mark, setup, hash;  // hash of the parts
-} FileHead;
-
-static OmStatus save_parts(const char* path, uint64_t setup, const Part* part, int npart) {
-    OmText text = {0};
-    FileHead head = {MARK, setup, OM_HASH_SEED};
-    for (int i = 0; i < npart; ++i) head.hash = om_hash(part[i].data, part[i].size, head.hash);
-    OmStatus status = om_text_append_raw(&text, (const char*)&head, sizeof head);
-    for (int i = 0; i < npart && status == OM_OK; ++i)
-        status = om_text_append_raw(&text, part[i].data, part[i].size);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
-}
-
-// OM_INVALID if the file is of another setup or was changed.
-static OmStatus load_parts(const char* path, uint64_t setup, const Part* part, int npart) {
-    char* data;
-    size_t size, at = sizeof(FileHead);
-    OM_TRY(om_file_read(path, MAX_FILE, &data, &size));
-    OmStatus status = OM_OK;
-    FileHead head = {0};
-    for (int i = 0; i < npart; ++i) at += part[i].size;
-    OM_CHECK_DONE(size == at, OM_INVALID, "%s: %zu bytes, not %zu", path, size, at);
-    memcpy(&head, data, sizeof head);
-    OM_CHECK_DONE(head.mark == MARK && head.setup == setup, OM_INVALID, "%s: of another setup",
-                  path);
-    at = sizeof head;
-    uint64_t hash = OM_HASH_SEED;
-    for (int i = 0; i < npart; ++i) {
-        memcpy(part[i].data, data + at, part[i].size);
-        hash = om_hash(part[i].data, part[i].size, hash);
-        at += part[i].size;
-    }
-    OM_CHECK_DONE(hash == head.hash, OM_INVALID, "%s: the file was changed", path);
-done:
-    om_free(data);
-    return status;
-}
-
-bool om__match_load_result(const char* dir, const char* name, uint64_t setup, void* result,
-                           size_t size) {
-    char path[MAX_PATH];
-    Part part = {result, size};
-    return om_path_join(dir, name, path, sizeof path) == OM_OK && om_path_exists(path) &&
-           load_parts(path, setup, &part, 1) == OM_OK;
-}
-
-OmStatus om__match_save_result(const char* dir, const char* name, uint64_t setup,
-                               const void* result, size_t size) {
-    char path[MAX_PATH];
-    OM_TRY(om_path_join(dir, name, path, sizeof path));
-    void* copy = om_alloc(size, 1);
-    if (!copy) return OM_NO_MEMORY;
-    memcpy(copy, result, size);
-    Part part = {copy, size};
-    OmStatus status = save_parts(path, setup, &part, 1);
-    om_free(copy);
-    return status;
-}
 
 // Hash of everything that the truth of a setup depends on.
 static OmStatus hash_setup(const MatchSetup* setup, const OmScene* scene, uint64_t* hash) {
@@ -367,29 +297,27 @@ static OmStatus make_room(const MatchSetup* setup, MatchTruth* t) {
 OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
                              MatchTruth* t) {
     memset(t, 0, sizeof *t);
-    *is_new = false;
-    char name[64], path[MAX_PATH];
+    char name[64];
     uint64_t hash = 0;
     OmStatus status;
     OM_TRY_DONE(make_room(setup, t));
     OM_TRY_DONE(hash_setup(setup, &t->scene, &hash));
     snprintf(name, sizeof name, "truth-%s.bin", setup->name);
-    OM_TRY_DONE(om_path_join(dir, name, path, sizeof path));
     size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
     size_t nway = (size_t)t->nway, nx = 3 * (size_t)t->mesh.nvert;
-    Part part[4 + 4 * NVIEW] = {{&t->head, sizeof t->head},
-                                {t->x, nx * sizeof *t->x},
-                                {t->way, nway * sizeof *t->way},
-                                {t->way_x, nway * nx * sizeof *t->way_x}};
+    StudyPart part[4 + 4 * NVIEW] = {{&t->head, sizeof t->head},
+                                     {t->x, nx * sizeof *t->x},
+                                     {t->way, nway * sizeof *t->way},
+                                     {t->way_x, nway * nx * sizeof *t->way_x}};
     int npart = 4;
     for (int v = 0; v < NVIEW; ++v) {
-        part[npart++] = (Part){t->depth[v], n * sizeof *t->depth[v]};
-        part[npart++] = (Part){t->color[v], 3 * n};
-        part[npart++] = (Part){t->way_depth[v], nway * n * sizeof *t->depth[v]};
-        part[npart++] = (Part){t->way_color[v], 3 * nway * n};
+        part[npart++] = (StudyPart){t->depth[v], n * sizeof *t->depth[v]};
+        part[npart++] = (StudyPart){t->color[v], 3 * n};
+        part[npart++] = (StudyPart){t->way_depth[v], nway * n * sizeof *t->depth[v]};
+        part[npart++] = (StudyPart){t->way_color[v], 3 * nway * n};
     }
-    bool is_there = om_path_exists(path) && load_parts(path, hash, part, npart) == OM_OK;
-    *is_new = !is_there;
+    bool is_there = om__study_load_parts(dir, name, hash, part, npart);
+    if (is_new) *is_new = !is_there;
     if (!is_there) OM_TRY_DONE(simulate(setup, nworker, t));
     for (int i = 0; i < t->surface.nvert; ++i)
         om_store3(t->surface.x, i, om_load3(t->x, t->vert[i]));
@@ -398,7 +326,7 @@ OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nwork
         for (size_t k = 0; k < nway; ++k)
             OM_TRY_DONE(render_bare(t, t->way_x + k * nx, t->way_depth[VIEW_BARE] + k * n,
                                     t->way_color[VIEW_BARE] + 3 * k * n));
-        status = save_parts(path, hash, part, npart);
+        status = om__study_save_parts(dir, name, hash, part, npart);
     }
 done:
     if (status < 0) om__match_truth_done(t);

@@ -1,8 +1,7 @@
 // study_phantoms.c: Table 4.2: lifts of phantoms in the world, estimates at every step, and their rows.
 //
-// Lifts and configurations are independent of each other, and as many run at once as there are workers. Threads only
-// compute; files are written between two batches. A configuration is evaluated again if a lift, the network or the
-// method changes.
+// Lifts and configurations are independent of each other, and as many run at once as there are workers. A configuration
+// is evaluated again if a lift, the network or the method changes.
 #include <math.h>
 #include <string.h>
 
@@ -49,86 +48,6 @@ static OmStatus validate(const OmStudyPhantomsDef* d) {
     return OM_OK;
 }
 
-// ---- tasks of several threads ---------------------------------------------------------------------------------
-
-typedef struct Task {  // a lift to simulate, or a configuration to evaluate
-    int index, grasp;
-    PhantomTruth truth;
-    OmStatus status;
-    char message[512];  // of an error: messages are of their thread
-} Task;
-
-typedef struct Batch {
-    Phantoms* s;
-    Task* task;
-} Batch;
-
-static OmStatus make_lift(const Phantoms* s, Task* t) {
-    bool is_there;
-    const PhantomCase* c = &s->c[t->index];
-    OM_TRY(om__phantoms_truth_open(c, t->grasp, s->coarse, s->def->out_dir, &is_there, &t->truth));
-    return om__phantoms_truth_make(c, t->grasp, 1, &t->truth);
-}
-
-static void run_lifts(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) {
-        Task* t = &b->task[i];
-        t->status = make_lift(b->s, t);
-        if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
-    }
-}
-
-static void run_cases(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) {
-        Task* t = &b->task[i];
-        t->status = om__phantoms_eval(b->s, &b->s->c[t->index], &b->s->result[t->index]);
-        if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
-    }
-}
-
-static OmStatus save_lift(Phantoms* s, Task* t) {
-    OmStatus status = t->status < 0 ? om_error(t->status, "%s", t->message)
-                                    : om__phantoms_truth_save(&t->truth, s->def->out_dir);
-    om__phantoms_truth_done(&t->truth);
-    return status;
-}
-
-static void result_name(const PhantomCase* c, char* name, size_t size) {
-    char text[64];
-    om__phantoms_name(c, text, sizeof text);
-    snprintf(name, size, "case-%s.bin", text);
-}
-
-static OmStatus save_case(Phantoms* s, Task* t, const uint64_t* hash) {
-    char name[96];
-    if (t->status < 0) return om_error(t->status, "%s", t->message);
-    result_name(&s->c[t->index], name, sizeof name);
-    return om__match_save_result(s->def->out_dir, name, hash[t->index], &s->result[t->index],
-                                 sizeof *s->result);
-}
-
-// Run n tasks, as many at once as there are workers. hash: of configurations; null: the tasks are lifts.
-static OmStatus run_tasks(Phantoms* s, Task* task, int n, const uint64_t* hash) {
-    int nworker = om_worker_count(s->def->nworker);
-    for (int i = 0; i < n; i += nworker) {
-        int m = n - i < nworker ? n - i : nworker;
-        OM_TRY(om_progress_report(s->progress, hash ? "estimates" : "lifts", i, n));
-        Batch b = {s, task + i};
-        om_parallel_for(nworker, m, 1, hash ? run_cases : run_lifts, &b);
-        OmStatus status = OM_OK;
-        for (int k = 0; k < m; ++k) {  // all of them, so that none is lost or leaked
-            OmStatus one = hash ? save_case(s, &b.task[k], hash) : save_lift(s, &b.task[k]);
-            if (status == OM_OK) status = one;
-        }
-        OM_TRY(status);
-    }
-    return OM_OK;
-}
-
 // ---- what there is ----------------------------------------------------------------------------------------------
 
 static void list_cases(Phantoms* s) {
@@ -148,61 +67,78 @@ static void list_cases(Phantoms* s) {
     }
 }
 
-// Simulate the lifts that the folder does not have. hash: of each configuration's lifts, network and method.
-static int count_missing(const Phantoms* s) {
-    int n = 0;
-    for (int i = 0; i < s->ncase; ++i) {
-        char name[96];
-        result_name(&s->c[i], name, sizeof name);
-        n += !om__study_has_file(s->def->out_dir, name);
-    }
-    return n;
-}
+// ---- lifts and estimates ----------------------------------------------------------------------------------------
 
-static OmStatus make_lifts(Phantoms* s, uint64_t* hash) {
-    Task* task = om_calloc(PHANTOM_MAX_LIFT, sizeof *task);
-    if (!task) return OM_NO_MEMORY;
-    OmStatus status = OM_OK;
-    int n = 0;
-    for (int i = 0; i < s->ncase && status == OM_OK; ++i) {
+// List the lifts that the folder does not have. s->hash: of each configuration's lifts, network and method.
+static OmStatus find_lifts(Phantoms* s) {
+    for (int i = 0; i < s->ncase; ++i) {
         const PhantomShape* shape = &om__phantoms_shape[s->c[i].shape];
         const double twin[] = {PHANTOM_METHOD, s->coarse, shape->edge, shape->young,
                                shape->density};
-        hash[i] = om_hash(twin, sizeof twin, s->network);
-        for (int g = 0; g < s->c[i].ngrasp && status == OM_OK; ++g) {
+        s->hash[i] = om_hash(twin, sizeof twin, s->network);
+        for (int g = 0; g < s->c[i].ngrasp; ++g) {
             PhantomTruth t;
             bool is_there;
-            status =
-                om__phantoms_truth_open(&s->c[i], g, s->coarse, s->def->out_dir, &is_there, &t);
-            hash[i] = om_hash(&t.hash, sizeof t.hash, hash[i]);
-            if (status == OM_OK && !is_there) task[n++] = (Task){.index = i, .grasp = g};
+            OM_TRY(om__phantoms_truth_open(&s->c[i], g, s->coarse, s->def->out_dir, &is_there, &t));
+            s->hash[i] = om_hash(&t.hash, sizeof t.hash, s->hash[i]);
+            if (!is_there) s->lift[s->nlift++] = PHANTOM_NGRASP * i + g;
             om__phantoms_truth_done(&t);
             ++s->sum.nlift;
         }
     }
-    s->sum.nnew_truth = n;
-    const StudyWork work[] = {{"lifts", n, s->coarse > 1 ? 3 : 20, false},
-                              {"estimates", count_missing(s), s->coarse > 1 ? 12 : 60, false}};
-    if (status == OM_OK) status = om__study_estimate_tell(work, 2, s->def->nworker, s->progress);
-    if (status == OM_OK) status = run_tasks(s, task, n, NULL);
-    om_free(task);
+    s->sum.nnew_truth = s->nlift;
+    return OM_OK;
+}
+
+static OmStatus make_lift(void* ctx, int k) {
+    const Phantoms* s = ctx;
+    const PhantomCase* c = &s->c[s->lift[k] / PHANTOM_NGRASP];
+    const int grasp = s->lift[k] % PHANTOM_NGRASP;
+    PhantomTruth t;
+    bool is_there;
+    OM_TRY(om__phantoms_truth_open(c, grasp, s->coarse, s->def->out_dir, &is_there, &t));
+    OmStatus status = om__phantoms_truth_make(c, grasp, 1, &t);
+    if (status == OM_OK) status = om__phantoms_truth_save(&t, s->def->out_dir);
+    om__phantoms_truth_done(&t);
     return status;
 }
 
-static OmStatus eval_cases(Phantoms* s, const uint64_t* hash) {
-    Task* task = om_calloc((size_t)s->ncase, sizeof *task);
-    if (!task) return OM_NO_MEMORY;
-    int n = 0;
-    for (int i = 0; i < s->ncase; ++i) {
-        char name[96];
-        result_name(&s->c[i], name, sizeof name);
-        if (!om__match_load_result(s->def->out_dir, name, hash[i], &s->result[i],
-                                   sizeof *s->result))
-            task[n++] = (Task){.index = i};
-    }
-    s->sum.nnew = n;
-    OmStatus status = run_tasks(s, task, n, hash);
-    om_free(task);
+static OmStatus name_case(const void* ctx, int i, char name[64], uint64_t* hash) {
+    const Phantoms* s = ctx;
+    char text[48];
+    om__phantoms_name(&s->c[i], text, sizeof text);
+    snprintf(name, 64, "case-%s.bin", text);
+    *hash = s->hash[i];
+    return OM_OK;
+}
+
+static OmStatus eval_case(void* ctx, int i, void* result) {
+    const Phantoms* s = ctx;
+    return om__phantoms_eval(s, &s->c[i], result);
+}
+
+static OmStatus make_cases(Phantoms* s) {
+    const int nworker = om_worker_count(s->def->nworker);
+    StudyCases c = {.dir = s->def->out_dir,
+                    .what = "estimates",
+                    .n = s->ncase,
+                    .nworker = s->def->nworker,
+                    .size = sizeof *s->result,
+                    .result = s->result,
+                    .ctx = s,
+                    .name = name_case,
+                    .make = eval_case};
+    OmStatus status;
+    OM_TRY_DONE(find_lifts(s));
+    OM_TRY_DONE(om__cases_find(&c));
+    s->sum.nnew = c.nmissing;
+    const StudyWork work[] = {{"lifts", s->nlift, s->coarse > 1 ? 3 : 20, false},
+                              {"estimates", c.nmissing, s->coarse > 1 ? 12 : 60, false}};
+    OM_TRY_DONE(om__study_estimate_tell(work, 2, s->def->nworker, s->progress));
+    OM_TRY_DONE(om__study_each(s->nlift, nworker, nworker, make_lift, s, "lifts", s->progress));
+    status = om__cases_make(&c, s->progress);
+done:
+    om__cases_done(&c);
     return status;
 }
 
@@ -344,21 +280,6 @@ static OmStatus open_network(Phantoms* s) {
     return OM_OK;
 }
 
-static OmStatus run(Phantoms* s) {
-    uint64_t* hash = NULL;
-    OmStatus status;
-    list_cases(s);
-    OM_CALLOC_DONE(s->result, (size_t)s->ncase);
-    OM_ALLOC_DONE(hash, (size_t)s->ncase);
-    OM_TRY_DONE(make_lifts(s, hash));
-    OM_TRY_DONE(eval_cases(s, hash));
-    OM_TRY_DONE(summarise(s));
-    status = om__phantoms_write(s);
-done:
-    om_free(hash);
-    return status;
-}
-
 OmStatus om_study_phantoms_run(const OmStudyPhantomsDef* def, const OmProgress* progress,
                                OmStudyPhantomsSummary* summary) {
     memset(summary, 0, sizeof *summary);
@@ -366,15 +287,17 @@ OmStatus om_study_phantoms_run(const OmStudyPhantomsDef* def, const OmProgress* 
     Phantoms s = {.def = def, .progress = progress, .coarse = def->is_quick ? COARSE : 1};
     OmFolder folder = {0};
     OmStatus status;
-    OM_CALLOC_DONE(s.c, PHANTOM_MAX_LIFT);
     OM_TRY_DONE(open_network(&s));
     OM_TRY_DONE(om_folder_open(def->out_dir, "phantoms study", &folder));
-    status = run(&s);
-    if (status == OM_OK) *summary = s.sum;
+    list_cases(&s);
+    OM_CALLOC_DONE(s.result, (size_t)s.ncase);
+    OM_TRY_DONE(make_cases(&s));
+    OM_TRY_DONE(summarise(&s));
+    OM_TRY_DONE(om__phantoms_write(&s));
+    *summary = s.sum;
 done:
     om_folder_end(&folder);
     om_banet_net_destroy(s.net);
-    om_free(s.c);
     om_free(s.result);
     return status;
 }

@@ -14,8 +14,8 @@
 #define PHANTOM_NLEVEL 6   // of a lift, at most
 #define PHANTOM_STEP 0.01  // m, between two levels
 #define PHANTOM_NHOLE 7    // along a side of the board
-#define PHANTOM_MAX_LIFT \
-    ((PHANTOM_NSHAPE + PHANTOM_NDEV) * PHANTOM_NSET * PHANTOM_NSTART * PHANTOM_NGRASP)
+#define PHANTOM_MAX_CASE ((PHANTOM_NSHAPE + PHANTOM_NDEV) * PHANTOM_NSET * PHANTOM_NSTART)
+#define PHANTOM_MAX_LIFT (PHANTOM_MAX_CASE * PHANTOM_NGRASP)
 
 typedef enum PhantomStart { PHANTOM_FLAT, PHANTOM_CAPSULE } PhantomStart;
 

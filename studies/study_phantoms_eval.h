@@ -53,7 +53,10 @@ typedef struct Phantoms {
     double threshold;
     uint64_t network;  // hash of what it is
     int ncase;
-    PhantomCase* c;         // (ncase)
+    PhantomCase c[PHANTOM_MAX_CASE];
+    uint64_t hash[PHANTOM_MAX_CASE];  // of all that a result depends on
+    int nlift,
+        lift[PHANTOM_MAX_LIFT];  // PHANTOM_NGRASP x configuration + grasp: lifts that the folder does not have
     PhantomResult* result;  // (ncase)
     OmStudyPhantomsSummary sum;
 } Phantoms;

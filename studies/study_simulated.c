@@ -1,6 +1,6 @@
 // study_simulated.c: Table 4.1: BA-Net on samples of the generator with seeds of their own.
 //
-// Samples are independent. A batch of them is made, scored and simulated in parallel; each network has one thread, as
+// Samples are independent, and several are made, scored and simulated in parallel; each network has one thread, as
 // its bytes depend on their number. Samples, results without the network, and results of the network are one file each:
 // other weights repeat the last alone.
 //
@@ -84,42 +84,19 @@ static const char* file_name(const SimCase* c, const char* what, Name name) {
     return name;
 }
 
-typedef struct Item {  // a case of the batch
-    SimCase* c;
-    OmBanetSample sample;
-    SimBody body;
-    bool is_new_sample;
-    double* probability;  // of surface vertices
-    OmStatus status;
-    char message[256];
-} Item;
-
-typedef struct Batch {
-    const Sim* s;
-    int n;
-    Item* item;
-} Batch;
-
-static void item_done(Item* item) {
-    om__sim_body_done(&item->body);
-    om_banet_sample_done(&item->sample);
-    om_free(item->probability);
-    memset(item, 0, sizeof *item);
-}
-
 OmStatus om__sim_sample_get(const Sim* s, const SimCase* c, OmBanetSample* sample) {
     Name name;
-    if (om__sim_sample_load(s->def->out_dir, file_name(c, "sample", name), hash_sample(s, c),
-                            sample))
-        return OM_OK;
-    return om_banet_sample_make(&s->sample_def[c->set], c->index, sample);
+    const uint64_t hash = hash_sample(s, c);
+    file_name(c, "sample", name);
+    if (om__sim_sample_load(s->def->out_dir, name, hash, sample)) return OM_OK;
+    OmStatus status = om_banet_sample_make(&s->sample_def[c->set], c->index, sample);
+    return status == OM_OK ? om__sim_sample_save(s->def->out_dir, name, hash, sample) : status;
 }
 
 // Scores and simulations that need no network.
-static OmStatus make_base(const Sim* s, Item* item) {
-    SimBase* base = &item->c->base;
-    const OmBanetSample* sample = &item->sample;
-    memset(base, 0, sizeof *base);
+static OmStatus make_base(const Sim* s, SimCase* c, SimBody* body) {
+    SimBase* base = &c->base;
+    const OmBanetSample* sample = body->sample;
     base->is_made = 1;
     base->is_camera = sample->is_camera;
     base->nregion = sample->nregion;
@@ -131,93 +108,59 @@ static OmStatus make_base(const Sim* s, Item* item) {
     base->poisson = sample->material.poisson;
     base->seconds = sample->seconds;
     for (int guess = 0; guess < OM_STUDY_SIM_NET; ++guess) {
-        OM_TRY(om__sim_body_guess(&item->body, (OmStudySimulatedGuess)guess));
-        OM_TRY(om__sim_body_score(&item->body, &base->score[guess]));
-        if (item->c->index < s->nsolve[item->c->set])
-            OM_TRY(om__sim_body_move(&item->body, &base->move[guess]));
+        OM_TRY(om__sim_body_guess(body, (OmStudySimulatedGuess)guess));
+        OM_TRY(om__sim_body_score(body, &base->score[guess]));
+        if (c->index < s->nsolve[c->set]) OM_TRY(om__sim_body_move(body, &base->move[guess]));
     }
     return OM_OK;
 }
 
-static OmStatus prepare(const Sim* s, Item* item) {
-    Name name;
-    SimCase* c = item->c;
-    bool is_there = om__sim_sample_load(s->def->out_dir, file_name(c, "sample", name),
-                                        hash_sample(s, c), &item->sample);
-    if (!is_there) {
-        OmStatus status = om_banet_sample_make(&s->sample_def[c->set], c->index, &item->sample);
-        if (status < 0) return status;
-        item->is_new_sample = status == OM_OK;
-        if (status != OM_OK) return OM_OK;  // no draw: base.is_made stays 0
-    }
-    OM_TRY(om__sim_body_make(&item->sample, s->sample_def[c->set].side, &item->body));
-    return c->has_base ? OM_OK : make_base(s, item);
-}
-
-// Results of one loop over the batch: the status and the message of each item.
-static void keep_status(Item* item, OmStatus status) {
-    item->status = status;
-    if (status < 0) snprintf(item->message, sizeof item->message, "%s", om_error_message());
-}
-
-static void prepare_range(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) keep_status(&b->item[i], prepare(b->s, &b->item[i]));
-}
-
-static OmStatus check_items(const Batch* b) {
-    for (int i = 0; i < b->n; ++i)
-        OM_CHECK(b->item[i].status >= 0, b->item[i].status, "sample %d of the set \"%s\": %s",
-                 b->item[i].c->index + 1, om__sim_set_name[b->item[i].c->set], b->item[i].message);
-    return OM_OK;
-}
-
-static OmStatus estimate(const Sim* s, Item* item) {
-    SimCase* c = item->c;
-    const OmSurface* surface = &item->sample.surface;
-    OM_ALLOC(item->probability, (size_t)surface->nvert);
+static OmStatus estimate(const Sim* s, SimCase* c, SimBody* body) {
+    double* probability;
+    OM_ALLOC(probability, (size_t)body->sample->surface.nvert);
     double begin = om__attach_thread_ms();
-    OM_TRY(om__sim_net_estimate(s, &item->body, item->probability));
+    OmStatus status;
+    OM_TRY_DONE(om__sim_net_estimate(s, body, probability));
     c->net->ms = om__attach_thread_ms() - begin;
-    OM_TRY(om__sim_body_cells(&item->body, item->probability, c->net));
-    OM_TRY(om__sim_body_score(&item->body, &c->net->score));
-    return c->index < s->nsolve[c->set] ? om__sim_body_move(&item->body, &c->net->move) : OM_OK;
+    OM_TRY_DONE(om__sim_body_cells(body, probability, c->net));
+    OM_TRY_DONE(om__sim_body_score(body, &c->net->score));
+    if (c->index < s->nsolve[c->set]) status = om__sim_body_move(body, &c->net->move);
+done:
+    om_free(probability);
+    return status;
 }
 
-static void estimate_range(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i)
-        if (b->item[i].c->base.is_made) keep_status(&b->item[i], estimate(b->s, &b->item[i]));
-}
-
-static OmStatus run_batch(const Sim* s, Batch* b) {
+static OmStatus eval_sample(const Sim* s, SimCase* c, const OmBanetSample* sample, SimBody* body) {
     Name name;
     const char* dir = s->def->out_dir;
-    om_parallel_for(s->def->nworker, b->n, 1, prepare_range, b);
-    OM_TRY(check_items(b));
-    for (int i = 0; i < b->n; ++i) {
-        Item* item = &b->item[i];
-        SimCase* c = item->c;
-        if (item->is_new_sample)
-            OM_TRY(om__sim_sample_save(dir, file_name(c, "sample", name), hash_sample(s, c),
-                                       &item->sample));
-        if (c->has_base) continue;
+    if (sample) OM_TRY(om__sim_body_make(sample, s->sample_def[c->set].side, body));
+    if (!c->has_base) {
+        memset(&c->base, 0, sizeof c->base);
+        if (sample) OM_TRY(make_base(s, c, body));
         OM_TRY(om__match_save_result(dir, file_name(c, "base", name), hash_base(s, c), &c->base,
                                      sizeof c->base));
         c->has_base = true;
     }
-    if (!s->net) return OM_OK;
-    om_parallel_for(s->def->nworker, b->n, 1, estimate_range, b);
-    OM_TRY(check_items(b));
-    for (int i = 0; i < b->n; ++i) {
-        SimCase* c = b->item[i].c;
-        OM_TRY(om__match_save_result(dir, file_name(c, "net", name), hash_net(s, c), c->net,
-                                     sizeof *c->net));
-        c->has_net = true;
-    }
-    return OM_OK;
+    if (!s->net || !sample) return OM_OK;
+    OM_TRY(estimate(s, c, body));
+    c->has_net = true;
+    return om__match_save_result(dir, file_name(c, "net", name), hash_net(s, c), c->net,
+                                 sizeof *c->net);
+}
+
+// Without a draw base.is_made is 0.
+static OmStatus run_case(void* ctx, int k) {
+    const Sim* s = ctx;
+    SimCase* c = &s->c[s->order[k]];
+    OmBanetSample sample = {0};
+    SimBody body = {0};
+    OmStatus status = om__sim_sample_get(s, c, &sample);
+    if (status >= 0) status = eval_sample(s, c, status == OM_OK ? &sample : NULL, &body);
+    om__sim_body_done(&body);
+    om_banet_sample_done(&sample);
+    if (status >= 0) return OM_OK;
+    return om_error_prefix(status, "sample %d of the set \"%s\"", c->index + 1,
+                           om__sim_set_name[c->set]);
 }
 
 // ---- all samples ------------------------------------------------------------------------------------------
@@ -268,36 +211,17 @@ static bool is_done(const Sim* s, const SimCase* c) {
     return c->has_base && (!s->net || c->has_net || !c->base.is_made);
 }
 
-static OmStatus tell(const Sim* s) {
-    StudyWork work = {"samples", 0, SECONDS_SAMPLE, true};
-    for (int i = 0; i < s->ncase; ++i) work.n += !is_done(s, &s->c[i]);
-    return om__study_estimate_tell(&work, 1, s->def->nworker, s->progress);
-}
-
 static OmStatus run_cases(Sim* s) {
-    int nitem = BATCH * om_worker_count(s->def->nworker), ndone = 0;
-    OmStatus status = OM_OK;
-    int* order = om_alloc((size_t)s->ncase, sizeof *order);
-    Item* item = om_calloc((size_t)nitem, sizeof *item);
-    if (!order || !item) status = OM_NO_MEMORY;
-    int n = status == OM_OK ? next_case(s, 0, order) : 0;
-    if (status == OM_OK) status = tell(s);
-    for (int k = 0; k < n && status >= 0;) {
-        Batch batch = {s, 0, item};
-        for (; k < n && batch.n < nitem; ++k) {
-            SimCase* c = &s->c[order[k]];
-            ++ndone;
-            if (!is_done(s, c)) item[batch.n++].c = c;
-        }
-        if (!batch.n) break;
-        s->sum.nnew += batch.n;
-        status = om_progress_report(s->progress, "samples", ndone - batch.n, s->ncase);
-        if (status >= 0) status = run_batch(s, &batch);
-        for (int i = 0; i < nitem; ++i) item_done(&item[i]);
-    }
-    om_free(item);
-    om_free(order);
-    return status;
+    const int nworker = om_worker_count(s->def->nworker);
+    int n = 0;
+    OM_ALLOC(s->order, (size_t)s->ncase);
+    const int nall = next_case(s, 0, s->order);
+    for (int k = 0; k < nall; ++k)
+        if (!is_done(s, &s->c[s->order[k]])) s->order[n++] = s->order[k];
+    s->sum.nnew = n;
+    const StudyWork work = {"samples", n, SECONDS_SAMPLE, true};
+    OM_TRY(om__study_estimate_tell(&work, 1, nworker, s->progress));
+    return om__study_each(n, BATCH * nworker, nworker, run_case, s, "samples", s->progress);
 }
 
 // ---- summary ----------------------------------------------------------------------------------------------
@@ -411,6 +335,7 @@ static void sim_done(Sim* s) {
     om__sim_net_destroy(s->net);
     for (int i = 0; s->c && i < s->ncase; ++i) om_free(s->c[i].net);
     om_free(s->c);
+    om_free(s->order);
 }
 
 OmStatus om_study_simulated_run(const OmStudySimulatedDef* def, const OmProgress* progress,

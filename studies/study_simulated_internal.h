@@ -57,6 +57,7 @@ typedef struct Sim {
     int nsample[SIM_NSET], nsolve[SIM_NSET];
     int ncase;
     SimCase* c;  // by set, then index
+    int* order;  // of the cases that are to be made
     OmStudySimulatedSummary sum;
 } Sim;
 

@@ -13,18 +13,21 @@
 #include "studies/study_match_case.h"
 #include "studies/study_simulated_internal.h"
 
-#define MAX_PATH 1024
-#define MAX_FILE (64u << 20)
 #define FACES_DOWN 0.5  // cosine
 
 // ---- files --------------------------------------------------------------------------------------------
+
+typedef struct Head {
+    bool has_node;
+    OmBanetSample sample;  // counts and facts; its pointers mean nothing
+} Head;
+
+enum { NBLOCK = 13 };
 
 typedef struct Block {
     void** data;
     size_t size;
 } Block;
-
-enum { NBLOCK = 13 };
 
 // Of linear elements there are no nodes.
 static void list_blocks(OmBanetSample* s, bool has_node, Block block[NBLOCK]) {
@@ -46,76 +49,46 @@ static void list_blocks(OmBanetSample* s, bool has_node, Block block[NBLOCK]) {
     memcpy(block, list, sizeof list);
 }
 
-typedef struct Head {
-    uint64_t setup, hash;  // of what it depends on, and of the rest of the file
-    bool has_node;
-    OmBanetSample sample;  // counts and facts; its pointers mean nothing
-} Head;
-
-static uint64_t hash_file(const Head* head, const char* data, size_t size) {
-    uint64_t hash = om_hash(&head->sample, sizeof head->sample, OM_HASH_SEED);
-    hash = om_hash(&head->has_node, sizeof head->has_node, hash);
-    return om_hash(data, size, hash);
-}
-
 OmStatus om__sim_sample_save(const char* dir, const char* name, uint64_t setup,
                              const OmBanetSample* sample) {
-    char path[MAX_PATH];
-    Head* head = om_calloc(1, sizeof *head);
-    OmText text = {0};
-    Block block[NBLOCK];
+    Head head;
     OmBanetSample view = *sample;
-    OmStatus status;
-    if (!head) return OM_NO_MEMORY;
-    OM_TRY_DONE(om_path_join(dir, name, path, sizeof path));
-    head->setup = setup;
-    head->sample = *sample;
-    head->has_node = sample->node != NULL;
-    list_blocks(&head->sample, head->has_node, block);
+    Block block[NBLOCK];
+    StudyPart part[1 + NBLOCK] = {{&head, sizeof head}};
+    memset(&head, 0, sizeof head);  // what is between the fields is in the file, too
+    head.has_node = sample->node != NULL;
+    head.sample = *sample;
+    list_blocks(&head.sample, head.has_node, block);
     for (int b = 0; b < NBLOCK; ++b) *block[b].data = NULL;
-    head->sample.mesh.nset = 0;
-    head->sample.mesh.set = NULL;
-    list_blocks(&view, head->has_node, block);
-    OM_TRY_DONE(om_text_append_raw(&text, (const char*)head, sizeof *head));
-    for (int b = 0; b < NBLOCK; ++b)
-        if (block[b].size > 0)
-            OM_TRY_DONE(om_text_append_raw(&text, *block[b].data, block[b].size));
-    head->hash = hash_file(head, text.str + sizeof *head, text.len - sizeof *head);
-    memcpy(text.str, head, sizeof *head);
-    status = om_file_write(path, text.str, text.len);
-done:
-    om_text_done(&text);
-    om_free(head);
-    return status;
+    head.sample.mesh.nset = 0;
+    head.sample.mesh.set = NULL;
+    list_blocks(&view, head.has_node, block);
+    for (int b = 0; b < NBLOCK; ++b) part[1 + b] = (StudyPart){*block[b].data, block[b].size};
+    return om__study_save_parts(dir, name, setup, part, 1 + NBLOCK);
 }
 
 bool om__sim_sample_load(const char* dir, const char* name, uint64_t setup, OmBanetSample* sample) {
-    char path[MAX_PATH], *data = NULL;
     size_t size, at = sizeof(Head);
     Head head;
     Block block[NBLOCK];
-    OmStatus status = OM_OK;
     memset(sample, 0, sizeof *sample);
-    if (om_path_join(dir, name, path, sizeof path) < 0 || !om_path_exists(path)) return false;
-    if (om_file_read(path, MAX_FILE, &data, &size) < 0) return false;
-    OM_CHECK_DONE(size >= at, OM_INVALID, "%s: too short", path);
-    memcpy(&head, data, sizeof head);
-    OM_CHECK_DONE(head.setup == setup && head.hash == hash_file(&head, data + at, size - at),
-                  OM_INVALID, "%s: of another setup, or changed", path);
-    *sample = head.sample;
-    list_blocks(sample, head.has_node, block);
-    for (int b = 0; b < NBLOCK; ++b) {
-        if (block[b].size == 0) continue;
-        OM_CHECK_DONE(size - at >= block[b].size, OM_INVALID, "%s: too short", path);
-        *block[b].data = om_alloc(block[b].size, 1);
-        OM_CHECK_DONE(*block[b].data, OM_NO_MEMORY, "%s: out of memory", path);
-        memcpy(*block[b].data, data + at, block[b].size);
-        at += block[b].size;
+    char* data = om__study_load_block(dir, name, setup, &size);
+    bool is_good = data && size >= at;
+    if (is_good) {
+        memcpy(&head, data, sizeof head);
+        *sample = head.sample;
+        list_blocks(sample, head.has_node, block);
     }
-done:
+    for (int b = 0; b < NBLOCK && is_good; at += block[b++].size) {
+        is_good = size - at >= block[b].size;
+        if (!is_good || block[b].size == 0) continue;
+        *block[b].data = om_alloc(block[b].size, 1);
+        is_good = *block[b].data != NULL;
+        if (is_good) memcpy(*block[b].data, data + at, block[b].size);
+    }
     om_free(data);
-    if (status < 0) om_banet_sample_done(sample);
-    return status == OM_OK;
+    if (!is_good) om_banet_sample_done(sample);
+    return is_good;
 }
 
 // ---- one body -------------------------------------------------------------------------------------------

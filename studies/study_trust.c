@@ -5,8 +5,7 @@
 // 2. Each truth is judged with an OmMatch of its own: every lift right and with the error of its case, and every lift
 //    but the last together with the next one of other tissue.
 //
-// Truths are independent of each other, and as many run at once as there are workers. Threads only compute; files are
-// written between two batches.
+// Truths are independent of each other, and as many run at once as there are workers.
 #include "studies/study_trust.h"
 
 #include <string.h>
@@ -128,16 +127,15 @@ static OmStatus judge(Bench* b, uint64_t seed) {
 
 static int other_of(int number) { return number > 0 ? number - 1 : 1; }
 
-static OmStatus judge_truth(const Trust* s, int number, TrustResult* r) {
+static OmStatus judge_truth(void* ctx, int number, void* result) {
+    const Trust* s = ctx;
     TrustTruth truth = {0}, other = {0};
     OmMatchDef def;
-    bool is_new;
     OmStatus status;
-    memset(r, 0, sizeof *r);
-    Bench b = {.truth = &truth, .other = &other, .r = r};
+    Bench b = {.truth = &truth, .other = &other, .r = result};
     const char* dir = s->def->out_dir;
-    OM_TRY_DONE(om__trust_truth_get(s->seed, number, s->cells, dir, 1, &is_new, &truth));
-    OM_TRY_DONE(om__trust_truth_get(s->seed, other_of(number), s->cells, dir, 1, &is_new, &other));
+    OM_TRY_DONE(om__trust_truth_get(s->seed, number, s->cells, dir, 1, &truth));
+    OM_TRY_DONE(om__trust_truth_get(s->seed, other_of(number), s->cells, dir, 1, &other));
     b.under = om_tet_mesh_find_set(&truth.twin.mesh, "underside");
     def = om_match_default_def(&truth.scene, &truth.twin);
     OM_TRY_DONE(om_match_create(&def, &b.match));
@@ -149,41 +147,13 @@ done:
     return status < 0 ? om_error_prefix(status, "truth %d", number) : OM_OK;
 }
 
-// ---- tasks of several threads ---------------------------------------------------------------------------------------
+// ---- all truths -----------------------------------------------------------------------------------------------------
 
-typedef struct Task {  // a truth to simulate, or to judge
-    int number;
-    TrustTruth truth;
-    bool is_new;
-    OmStatus status;
-    char message[512];  // of an error: messages are of their thread
-} Task;
-
-typedef struct Batch {
-    Trust* s;
-    Task* task;
-    bool is_judging;
-} Batch;
-
-static void run_tasks(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) {
-        Task* t = &b->task[i];
-        t->status = b->is_judging
-                        ? judge_truth(b->s, t->number, &b->s->result[t->number])
-                        : om__trust_truth_get(b->s->seed, t->number, b->s->cells,
-                                              b->s->def->out_dir, 1, &t->is_new, &t->truth);
-        if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
-    }
-}
-
-static void name_result(int number, char name[64]) { snprintf(name, 64, "trust-%03d.bin", number); }
-
-// Hash of what the result of a truth depends on.
-static OmStatus hash_result(const Trust* s, int number, uint64_t* hash) {
+static OmStatus name_result(const void* ctx, int number, char name[64], uint64_t* hash) {
+    const Trust* s = ctx;
     const uint64_t own[] = {TRUST_METHOD, s->seed, (uint64_t)number};
     const int truth[2] = {number, other_of(number)};
+    snprintf(name, 64, "trust-%03d.bin", number);
     *hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
     *hash = om_hash(own, sizeof own, *hash);
     for (int k = 0; k < 2; ++k) {
@@ -194,81 +164,54 @@ static OmStatus hash_result(const Trust* s, int number, uint64_t* hash) {
     return OM_OK;
 }
 
-static OmStatus save_task(const Batch* b, Task* t) {
-    const char* dir = b->s->def->out_dir;
-    OmStatus status = t->status < 0 ? om_error(t->status, "%s", t->message) : OM_OK;
-    if (b->is_judging && status == OM_OK) {
-        char name[64];
-        uint64_t hash;
-        name_result(t->number, name);
-        OM_TRY(hash_result(b->s, t->number, &hash));
-        return om__match_save_result(dir, name, hash, &b->s->result[t->number],
-                                     sizeof *b->s->result);
-    }
-    if (!b->is_judging && status == OM_OK && t->is_new)
-        status = om__trust_truth_save(dir, &t->truth);
-    om__trust_truth_done(&t->truth);
-    return status;
-}
-
-// The marked truths, as many at once as there are workers.
-static OmStatus run_marked(Trust* s, int n, const bool* is_marked, bool is_judging) {
-    const int nworker = om_worker_count(s->def->nworker);
-    Task* task = om_calloc((size_t)n, sizeof *task);
-    if (!task) return OM_NO_MEMORY;
-    OmStatus status = OM_OK;
-    int m = 0;
-    for (int i = 0; i < n; ++i)
-        if (is_marked[i]) task[m++].number = i;
-    for (int i = 0; i < m && status == OM_OK; i += nworker) {
-        const int nnow = m - i < nworker ? m - i : nworker;
-        status = om_progress_report(s->progress, is_judging ? "updates" : "truths", i, m);
-        if (status < 0) break;
-        Batch b = {s, task + i, is_judging};
-        om_parallel_for(nworker, nnow, 1, run_tasks, &b);
-        for (int k = 0; k < nnow; ++k) {  // all of them, so that none is lost or leaked
-            OmStatus one = save_task(&b, &b.task[k]);
-            if (status == OM_OK) status = one;
-        }
-    }
-    om_free(task);
-    return status;
-}
-
-// ---- all truths -----------------------------------------------------------------------------------------------------
-
-// The results of the folder; is_missing: the others.
-static OmStatus load_results(Trust* s, bool* is_missing) {
-    for (int i = 0; i < s->ntruth; ++i) {
-        char name[64];
-        uint64_t hash;
-        name_result(i, name);
-        OM_TRY(hash_result(s, i, &hash));
-        is_missing[i] =
-            !om__match_load_result(s->def->out_dir, name, hash, &s->result[i], sizeof s->result[i]);
-        s->sum.nnew += is_missing[i];
-    }
+static OmStatus make_truth(void* ctx, int k) {
+    const Trust* s = ctx;
+    TrustTruth truth;
+    OM_TRY(om__trust_truth_get(s->seed, s->needed[k], s->cells, s->def->out_dir, 1, &truth));
+    om__trust_truth_done(&truth);
     return OM_OK;
 }
 
-static OmStatus tell(const Trust* s, int n, const bool* is_needed) {
-    StudyWork work[] = {{"truths", 0, s->def->is_quick ? 2.5 : 4, false},
-                        {"sets of updates", s->sum.nnew, s->def->is_quick ? 4.5 : 9, false}};
-    for (int i = 0; i < n; ++i) {
+// The truths of missing results, and those that they need as other tissue: in s->needed, ascending. Returns how many of
+// them have no file.
+static int find_needed(Trust* s, const StudyCases* c) {
+    bool is_needed[OM_STUDY_TRUST_MAX_TRUTH + 1] = {false};
+    int nmissing = 0;
+    for (int k = 0; k < c->nmissing; ++k)
+        is_needed[c->missing[k]] = is_needed[other_of(c->missing[k])] = true;
+    for (int i = 0; i <= OM_STUDY_TRUST_MAX_TRUTH; ++i) {
         char name[64];
+        if (!is_needed[i]) continue;
+        s->needed[s->nneeded++] = i;
         snprintf(name, sizeof name, "truth-%03d.bin", i);
-        work[0].n += is_needed[i] && !om__study_has_file(s->def->out_dir, name);
+        nmissing += !om__study_has_file(s->def->out_dir, name);
     }
-    return om__study_estimate_tell(work, 2, s->def->nworker, s->progress);
+    return nmissing;
 }
 
-static OmStatus make(Trust* s, int n, bool* is_missing, bool* is_needed) {
-    OM_TRY(load_results(s, is_missing));
-    for (int i = 0; i < s->ntruth; ++i)
-        if (is_missing[i]) is_needed[i] = is_needed[other_of(i)] = true;
-    OM_TRY(tell(s, n, is_needed));
-    OM_TRY(run_marked(s, n, is_needed, false));
-    return run_marked(s, s->ntruth, is_missing, true);
+static OmStatus make(Trust* s) {
+    const OmStudyTrustDef* d = s->def;
+    const int nworker = om_worker_count(d->nworker);
+    StudyCases c = {.dir = d->out_dir,
+                    .what = "updates",
+                    .n = s->ntruth,
+                    .nworker = d->nworker,
+                    .size = sizeof *s->result,
+                    .result = s->result,
+                    .ctx = s,
+                    .name = name_result,
+                    .make = judge_truth};
+    OmStatus status;
+    OM_TRY_DONE(om__cases_find(&c));
+    s->sum.nnew = c.nmissing;
+    const StudyWork work[] = {{"truths", find_needed(s, &c), d->is_quick ? 2.5 : 4, false},
+                              {"sets of updates", c.nmissing, d->is_quick ? 4.5 : 9, false}};
+    OM_TRY_DONE(om__study_estimate_tell(work, 2, d->nworker, s->progress));
+    OM_TRY_DONE(om__study_each(s->nneeded, nworker, nworker, make_truth, s, "truths", s->progress));
+    status = om__cases_make(&c, s->progress);
+done:
+    om__cases_done(&c);
+    return status;
 }
 
 static OmStatus record_draw(const Trust* s) {
@@ -298,19 +241,15 @@ OmStatus om_study_trust_run(const OmStudyTrustDef* def, const OmProgress* progre
     if (def->is_quick && s.ntruth > TRUST_QUICK_TRUTHS) s.ntruth = TRUST_QUICK_TRUTHS;
     OmFolder folder = {0};
     OmStatus status;
-    const int n = s.ntruth > 1 ? s.ntruth : 2;  // with the other tissue of truth 0
-    bool* mark = NULL;
     OM_CALLOC_DONE(s.result, s.ntruth);
-    OM_CALLOC_DONE(mark, 2 * n);
     OM_TRY_DONE(om_folder_open(def->out_dir, "trust study", &folder));
-    OM_TRY_DONE(make(&s, n, mark, mark + n));
+    OM_TRY_DONE(make(&s));
     OM_TRY_DONE(om__trust_summarise(s.ntruth, s.result, &s.sum));
     OM_TRY_DONE(om__trust_write(&s));
     OM_TRY_DONE(record_draw(&s));
     *summary = s.sum;
 done:
     om_folder_end(&folder);
-    om_free(mark);
     om_free(s.result);
     return status;
 }

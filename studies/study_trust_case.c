@@ -184,53 +184,23 @@ done:
 
 // ---- files ----------------------------------------------------------------------------------------------------------
 
-typedef struct Head {
-    OmPsm psm[OM_MAX_ARM];
-    OmPose grasp;
-    OmCamera camera;
-    double height[TRUST_NLIFT];
-    double time[TRUST_NLIFT + 1];
-    OmArmObservation arm[TRUST_NLIFT + 1][OM_MAX_ARM];
-    int nlift;
-} Head;
+enum { NPART = 5 + 4 * (TRUST_NLIFT + 1) };
 
-static size_t block_size(const TrustTruth* t) {
-    size_t n = count_pixels(&t->scene);
-    return sizeof(Head) + (TRUST_NLIFT + 1) * n * (sizeof(float) + 3);
-}
-
-static void pack(TrustTruth* t, unsigned char* block, bool is_reading) {
-    Head* h = (Head*)(void*)block;
-    unsigned char* at = block + sizeof *h;
-    size_t n = count_pixels(&t->scene);
-    if (is_reading) {
-        memcpy(t->psm, h->psm, sizeof t->psm);
-        memcpy(t->height, h->height, sizeof t->height);
-        t->grasp = h->grasp;
-        t->camera = h->camera;
-        t->nlift = h->nlift;
-    } else {
-        memset(h, 0, sizeof *h);
-        memcpy(h->psm, t->psm, sizeof t->psm);
-        memcpy(h->height, t->height, sizeof t->height);
-        h->grasp = t->grasp;
-        h->camera = t->camera;
-        h->nlift = t->nlift;
-    }
+static void list_parts(TrustTruth* t, StudyPart part[NPART]) {
+    const size_t n = count_pixels(&t->scene);
+    const StudyPart head[5] = {{t->psm, sizeof t->psm},
+                               {&t->grasp, sizeof t->grasp},
+                               {&t->camera, sizeof t->camera},
+                               {t->height, sizeof t->height},
+                               {&t->nlift, sizeof t->nlift}};
+    memcpy(part, head, sizeof head);
+    part += 5;
     for (int k = 0; k <= TRUST_NLIFT; ++k) {
         TrustShot* shot = k < TRUST_NLIFT ? &t->lift[k] : &t->rest;
-        if (is_reading) {
-            shot->time = h->time[k];
-            memcpy(shot->arm, h->arm[k], sizeof shot->arm);
-            memcpy(shot->depth, at, n * sizeof(float));
-            memcpy(shot->color, at + n * sizeof(float), 3 * n);
-        } else {
-            h->time[k] = shot->time;
-            memcpy(h->arm[k], shot->arm, sizeof shot->arm);
-            memcpy(at, shot->depth, n * sizeof(float));
-            memcpy(at + n * sizeof(float), shot->color, 3 * n);
-        }
-        at += n * (sizeof(float) + 3);
+        *part++ = (StudyPart){&shot->time, sizeof shot->time};
+        *part++ = (StudyPart){shot->arm, sizeof shot->arm};
+        *part++ = (StudyPart){shot->depth, n * sizeof *shot->depth};
+        *part++ = (StudyPart){shot->color, 3 * n};
     }
 }
 
@@ -247,8 +217,6 @@ OmStatus om__trust_scene_hash(uint64_t seed, int number, int cells, uint64_t* ha
     return hash_scene(&scene, hash);
 }
 
-static void name_file(int number, char name[64]) { snprintf(name, 64, "truth-%03d.bin", number); }
-
 void om__trust_truth_done(TrustTruth* t) {
     if (!t) return;
     om_site_done(&t->twin);
@@ -262,12 +230,12 @@ void om__trust_truth_done(TrustTruth* t) {
 }
 
 OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* dir, int nworker,
-                             bool* is_new, TrustTruth* t) {
+                             TrustTruth* t) {
     memset(t, 0, sizeof *t);
-    *is_new = false;
-    unsigned char* block = NULL;
+    StudyPart part[NPART];
     char name[64];
     OmStatus status;
+    snprintf(name, sizeof name, "truth-%03d.bin", number);
     t->number = number;
     t->scene = make_scene(seed, number, cells);
     OM_TRY_DONE(mark_attached(&t->scene, t));
@@ -277,29 +245,13 @@ OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* d
     OM_TRY_DONE(make_room(t));
     OM_TRY_DONE(hash_scene(&t->scene, &t->hash));
     t->hash = om_hash(&p, sizeof p, t->hash);
-    name_file(number, name);
-    OM_ALLOC_DONE(block, block_size(t));
-    if (om__match_load_result(dir, name, t->hash, block, block_size(t))) {
-        pack(t, block, true);
-        goto done;
-    }
-    *is_new = true;
-    status = simulate(t, p, nworker);
+    list_parts(t, part);
+    if (om__study_load_parts(dir, name, t->hash, part, NPART)) goto done;
+    OM_TRY_DONE(simulate(t, p, nworker));
+    status = om__study_save_parts(dir, name, t->hash, part, NPART);
 done:
-    om_free(block);
     if (status < 0) om__trust_truth_done(t);
     return status < 0 ? om_error_prefix(status, "truth %d", number) : OM_OK;
-}
-
-OmStatus om__trust_truth_save(const char* dir, TrustTruth* t) {
-    unsigned char* block;
-    char name[64];
-    name_file(t->number, name);
-    OM_ALLOC(block, block_size(t));
-    pack(t, block, false);
-    OmStatus status = om__match_save_result(dir, name, t->hash, block, block_size(t));
-    om_free(block);
-    return status;
 }
 
 // ---- errors ---------------------------------------------------------------------------------------------------------

@@ -60,10 +60,9 @@ typedef struct TrustTruth {  // om__trust_truth_done frees; zero-initialise
 
 #define TRUST_CELLS 10  // of the twin's sheet along a side
 
-// Move the world, or read the result from a file of `dir`. *is_new: it was made, and no file has it.
+// Move the world and write the result into a file of `dir`, or read it from there. Several threads may do this at a time.
 OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* dir, int nworker,
-                             bool* is_new, TrustTruth* truth);
-OmStatus om__trust_truth_save(const char* dir, TrustTruth* truth);
+                             TrustTruth* truth);
 void om__trust_truth_done(TrustTruth* truth);
 // Hash of the scene of a truth.
 OmStatus om__trust_scene_hash(uint64_t seed, int number, int cells, uint64_t* hash);

@@ -38,7 +38,8 @@ typedef struct Trust {
     const OmProgress* progress;
     uint64_t seed;
     int ntruth, cells;
-    TrustResult* result;  // (ntruth)
+    int nneeded, needed[OM_STUDY_TRUST_MAX_TRUTH + 1];  // truths, for missing results
+    TrustResult* result;                                // (ntruth)
     OmStudyTrustSummary sum;
 } Trust;
 

@@ -224,14 +224,14 @@ static void test_samples(void** unused) {
     make_scene();
     OmStudyKidneyDef d = study_def(dir);
     d.nsample = 3;
-    KidneySample one[3], two[3];
+    KidneySample one[KIDNEY_CHUNK], two[KIDNEY_CHUNK];  // room for a file
     Kidney s = {.def = &d, .scene = scene, .twin = twin, .sample = one};
     assert_ok(om__kidney_run_samples(&s));
     assert_int_equal(s.sum.nnew, 3);
     s.sample = two;  // from the file
     assert_ok(om__kidney_run_samples(&s));
     assert_int_equal(s.sum.nnew, 3);
-    assert_memory_equal(one, two, sizeof one);
+    assert_memory_equal(one, two, 3 * sizeof *one);
     d.nworker = 2;  // the same with two workers, and a network that attaches everything
     s.estimate = attach_all;
     s.net_hash = 9;
