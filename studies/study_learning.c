@@ -30,6 +30,7 @@
 #define SECONDS_RETRACT 1.7e-3
 #define SECONDS_STEP 5e-5
 #define NSTEP_EPISODE 100
+#define NDEMO 35  // demonstrations
 #define RISE 0.9  // share of the rise of the return
 enum { SIDE = 7, MAX_SETTING = 32, NAME = 64, FIRST_SEED = 1 };
 
@@ -39,52 +40,13 @@ const char* om_study_learner_name(OmStudyLearner learner) {
 }
 
 OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
-    static const OmRlSetting coarse[] = {{"move_mm", "2"}, {"max_step", "150"}};
-    static const OmRlSetting wide[] = {{"margin_mm", "10"}};
-    static const OmRlSetting hasty[] = {{"step_cost", "0.02"}};
-    static const OmRlSetting fine[] = {{"max_step", "700"}};
-    static const OmRlSetting patient[] = {{"still", "100"}};
-    static const OmRlSetting varied[] = {{"variants", "6"},
-                                         {"vary_thickness", "0.1"},
-                                         {"vary_softness", "0.6"},
-                                         {"vary_kidney_mm", "2"},
-                                         {"tip_error_mm", "1.7"}};
     return (OmStudyLearningDef){.out_dir = out_dir,
                                 .task = "retract",
-                                .train_setting = coarse,
-                                .ntrain_setting = 2,
-                                .gail_setting = fine,
-                                .ngail_setting = 1,
-                                .eval_setting = patient,
-                                .neval_setting = 1,
-                                .varied_setting = varied,
-                                .nvaried_setting = 5,
                                 .has = {true, true, true, true},
                                 .nseed = 3,
                                 .nstep = 262144,
-                                .rate = 7e-4,
-                                .ppo_setting = wide,
-                                .nppo_setting = 1,
                                 .varied_nstep = 327680,
-                                .varied_rate = 5e-4,
-                                .varied_train_setting = hasty,
-                                .nvaried_train_setting = 1,
-                                .varied_sharpness = 32,
-                                .nenv = 32,
-                                .horizon = 64,
-                                .batch = 256,
-                                .entropy = 1e-3,
-                                .nepoch = 10,
                                 .gail_nstep = 32768,
-                                .gail_rate = 3e-5,
-                                .gail_clone_rate = 3e-4,
-                                .gail_nenv = 16,
-                                .gail_horizon = 64,
-                                .gail_batch = 128,
-                                .clone_epoch = 100,
-                                .eval_period = 16,
-                                .eval_nepisode = 96,
-                                .ndemo = 35,
                                 .has_reality = true,
                                 .cookie = COOKIE};
 }
@@ -98,52 +60,60 @@ static OmStatus validate(const OmStudyLearningDef* d) {
              "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
     OM_CHECK(d->varied_nstep >= 0, OM_INVALID, "learning study: varied_nstep is %lld",
              (long long)d->varied_nstep);
-    const int count[] = {
-        d->nsetting,      d->ntrain_setting,  d->nppo_setting,         d->ngail_setting,
-        d->neval_setting, d->nvaried_setting, d->nvaried_train_setting};
-    int sum = 0;
-    for (size_t k = 0; k < sizeof count / sizeof *count; ++k) {
-        OM_CHECK(count[k] >= 0 && count[k] <= MAX_SETTING, OM_INVALID,
-                 "learning study: a list of %d settings", count[k]);
-        sum += count[k];
-    }
-    OM_CHECK(sum <= MAX_SETTING - 2, OM_INVALID, "learning study: more than %d settings",
-             MAX_SETTING - 2);
+    OM_CHECK(d->nsetting >= 0 && d->nsetting <= MAX_SETTING, OM_INVALID,
+             "learning study: %d settings: 0 to %d", d->nsetting, MAX_SETTING);
     return OM_OK;
 }
 
 // ---- tasks --------------------------------------------------------------------------------------------
 
-static int add_settings(const OmRlSetting* from, int nfrom, int n, OmRlSetting* all) {
-    for (int i = 0; i < nfrom; ++i) all[n++] = from[i];
-    return n;
+typedef struct Settings {
+    int n;
+    OmRlSetting all[MAX_SETTING + 16];
+} Settings;
+
+static void add(Settings* s, int n, const OmRlSetting* more) {
+    for (int i = 0; i < n; ++i) s->all[s->n++] = more[i];
 }
+#define ADD(s, list) add(s, (int)(sizeof(list) / sizeof *(list)), list)
+
+// Bodies and errors of the tip, so that a policy bears what it does not know (5.6).
+static const OmRlSetting varied[] = {{"variants", "6"},
+                                     {"vary_thickness", "0.1"},
+                                     {"vary_softness", "0.6"},
+                                     {"vary_kidney_mm", "2"},
+                                     {"tip_error_mm", "1.7"}};
+enum { NVARIED = sizeof varied / sizeof *varied };
 
 // Demonstrations and the learners that use them have the moves of the evaluation.
 static OmStatus make_train_task(const OmStudyLearningDef* d, OmStudyLearner learner, bool is_varied,
                                 OmRlTask** task) {
-    OmRlSetting all[MAX_SETTING];
-    int n = add_settings(d->setting, d->nsetting, 0, all);
-    if (learner == OM_LEARNER_THESIS || learner == OM_LEARNER_PPO)
-        n = add_settings(d->train_setting, d->ntrain_setting, n, all);
-    else
-        n = add_settings(d->gail_setting, d->ngail_setting, n, all);
-    if (learner == OM_LEARNER_THESIS) all[n++] = (OmRlSetting){"reward", "thesis"};
-    if (learner == OM_LEARNER_PPO) n = add_settings(d->ppo_setting, d->nppo_setting, n, all);
-    if (is_varied && learner == OM_LEARNER_PPO)
-        n = add_settings(d->varied_train_setting, d->nvaried_train_setting, n, all);
-    if (is_varied) n = add_settings(d->varied_setting, d->nvaried_setting, n, all);
-    return om_rl_task_create(d->task, all, n, task);
+    static const OmRlSetting coarse[] = {{"move_mm", "2"}, {"max_step", "150"}};
+    static const OmRlSetting fine[] = {{"max_step", "700"}};
+    static const OmRlSetting thesis[] = {{"reward", "thesis"}};
+    static const OmRlSetting wide[] = {{"margin_mm", "10"}};
+    static const OmRlSetting hasty[] = {{"step_cost", "0.02"}};
+    const bool is_ppo = learner == OM_LEARNER_PPO;
+    Settings s = {0};
+    add(&s, d->nsetting, d->setting);
+    if (!d->is_same_task && (is_ppo || learner == OM_LEARNER_THESIS)) ADD(&s, coarse);
+    if (!d->is_same_task && learner >= OM_LEARNER_GAIL) ADD(&s, fine);
+    if (learner == OM_LEARNER_THESIS) ADD(&s, thesis);
+    if (!d->is_same_task && is_ppo) ADD(&s, wide);
+    if (!d->is_same_task && is_ppo && is_varied) ADD(&s, hasty);
+    if (!d->is_same_task && is_varied) ADD(&s, varied);
+    return om_rl_task_create(d->task, s.all, s.n, task);
 }
 
 // Of the evaluations, with more settings.
-static OmStatus make_eval_task(const OmStudyLearningDef* d, const OmRlSetting* more, int nmore,
+static OmStatus make_eval_task(const OmStudyLearningDef* d, int nmore, const OmRlSetting* more,
                                OmRlTask** task) {
-    OmRlSetting all[MAX_SETTING];
-    int n = add_settings(d->setting, d->nsetting, 0, all);
-    n = add_settings(d->eval_setting, d->neval_setting, n, all);
-    n = add_settings(more, nmore, n, all);
-    return om_rl_task_create(d->task, all, n, task);
+    static const OmRlSetting patient[] = {{"still", "100"}};
+    Settings s = {0};
+    add(&s, d->nsetting, d->setting);
+    if (!d->is_same_task) ADD(&s, patient);
+    add(&s, nmore, more);
+    return om_rl_task_create(d->task, s.all, s.n, task);
 }
 
 static OmStatus path_of(const Learning* s, const char* name, char path[1024]) {
@@ -158,7 +128,7 @@ static OmStatus make_demos(const Learning* s, const OmProgress* progress, char p
     OM_TRY(path_of(s, "demos.hdf5", path));
     if (om_path_exists(path)) return OM_OK;
     OM_TRY(make_train_task(s->def, OM_LEARNER_GAIL, true, &task));
-    OmStatus status = om_rl_demos_record(task, s->def->ndemo, FIRST_SEED, progress, &demos);
+    OmStatus status = om_rl_demos_record(task, NDEMO, FIRST_SEED, progress, &demos);
     if (status >= 0) {
         status = om_rl_demos_save(&demos, path);
         om_rl_demos_done(&demos);
@@ -188,24 +158,25 @@ static OmStatus keep_curve(const OmRlTrainResult* result, LearningRun* run) {
 
 static void set_learner(const OmStudyLearningDef* d, OmStudyLearner learner, OmRlTrainDef* def) {
     def->nstep = d->nstep;
-    def->rate = d->rate;
-    def->nepoch = d->nepoch;
-    def->batch = d->batch;
-    def->horizon = d->horizon;
-    def->nenv = d->nenv;
-    def->entropy = d->entropy;
+    def->rate = 7e-4;
+    def->nepoch = 10;
+    def->batch = 256;
+    def->horizon = 64;
+    def->nenv = 32;
+    def->entropy = 1e-3;
+    def->eval_nepisode = 96;
     if (learner == OM_LEARNER_GAIL) {
         def->method = OM_RL_GAIL;
-        def->nenv = d->gail_nenv;
+        def->nenv = 16;
         def->nstep = d->gail_nstep;
-        def->rate = d->gail_rate;
-        def->horizon = d->gail_horizon;
-        def->batch = d->gail_batch;
+        def->rate = 3e-5;
+        def->horizon = 64;
+        def->batch = 128;
         def->clip_value = 0;
-        def->entropy = d->gail_entropy;
-        def->clone_epoch = d->clone_epoch;
-        def->clone_rate = d->gail_clone_rate;
-        def->eval_period = d->gail_eval_period;
+        def->entropy = 0;
+        def->clone_epoch = 100;
+        def->clone_rate = 3e-4;
+        def->eval_period = 0;
     }
     if (learner == OM_LEARNER_CLONE) def->method = OM_RL_CLONE;
 }
@@ -226,18 +197,17 @@ static OmStatus train_part(const Learning* s, OmStudyLearner learner, int seed, 
     def.nworker = d->nworker;
     def.seed = def.policy.seed = (uint64_t)seed;
     def.start = start;
-    def.eval_nepisode = d->eval_nepisode;
     const bool is_last = is_varied || d->varied_nstep == 0;
-    if (learner == OM_LEARNER_PPO && is_last) def.eval_period = d->eval_period;
+    if (learner == OM_LEARNER_PPO && is_last) def.eval_period = 16;
     if (learner == OM_LEARNER_PPO && is_varied) {
         def.nstep = d->varied_nstep;
-        def.rate = d->varied_rate;
-        def.entropy = d->varied_entropy;
-        def.sharpness = d->varied_sharpness;
+        def.rate = 5e-4;
+        def.entropy = 0;
+        def.sharpness = 32;
     }
     if (def.method != OM_RL_PPO) def.demos = demos;
     if (def.eval_period > 0)
-        OM_TRY_DONE(make_eval_task(d, d->varied_setting, d->nvaried_setting, &choice_task));
+        OM_TRY_DONE(make_eval_task(d, d->is_same_task ? 0 : NVARIED, varied, &choice_task));
     def.eval_task = choice_task;
     OM_TRY_DONE(om_rl_train_run(&def, progress, result));
     status = keep_curve(result, run);
@@ -486,7 +456,7 @@ static OmStatus run_training(Learning* s, const OmProgress* progress) {
     const OmStudyLearningDef* d = s->def;
     char demos[1024];
     OmRlTask* task;
-    OM_TRY(make_eval_task(d, NULL, 0, &task));
+    OM_TRY(make_eval_task(d, 0, NULL, &task));
     s->nstart = task->nstart > 0 ? task->nstart : 100;
     s->score_name = task->score_name ? task->score_name : "return";
     OmStatus status = tell(s, progress);
@@ -531,7 +501,7 @@ static OmStatus add_reality(Learning* s, const OmProgress* progress,
     static const OmRlSetting reality = {"world", "reality"};
     char message[512] = "";
     OmRlTask* task;
-    OM_TRY(make_eval_task(s->def, &reality, 1, &task));
+    OM_TRY(make_eval_task(s->def, 1, &reality, &task));
     const OmStatus status = run_all_reality(s, task, progress, message);
     om_rl_task_destroy(task);
     OM_TRY(finish(s, status >= 0, summary));

@@ -20,58 +20,21 @@ typedef enum OmStudyLearner {
     OM_NLEARNER
 } OmStudyLearner;
 
+// Settings of the task and of the methods are constants of study_learning.c.
 typedef struct OmStudyLearningDef {  // made by om_study_learning_default_def
     const char* out_dir;             // borrowed
     const char* task;                // default "retract"
     const OmRlSetting* setting;      // of the task; default none (nsetting)
-    int nsetting;                    //
-    // more settings, for PPO's training alone; default move_mm=2, max_step=150 (ntrain_setting)
-    const OmRlSetting* train_setting;
-    int ntrain_setting;  //
-    // more settings, for evaluation alone; default still=100 (neval_setting)
-    const OmRlSetting* eval_setting;
-    int neval_setting;  //
-    // more settings, for demonstrations, for trainings but the thesis's, and for the evaluations that choose a policy
-    // of a training: bodies and errors of the tip are drawn, so that a policy bears what it does not know (5.6);
-    // default variants=6, vary_thickness=0.1, vary_softness=0.6, vary_kidney_mm=2, tip_error_mm=1.7 (nvaried_setting)
-    const OmRlSetting* varied_setting;
-    int nvaried_setting;
+    int nsetting;
+    // train in the task of the evaluation, without drawn bodies; default false. varied_nstep is then 0
+    bool is_same_task;
     bool has[OM_NLEARNER];  // default all
     int nseed;              // 1 to 9; seeds 1, 2, ..; default 3
     int64_t nstep;          // of a training of PPO, default 262,144
-    double rate;            // learning rate; default 7e-4
-    // more settings, for the training of PPO with reward (b) alone, both parts; default margin_mm=10 (nppo_setting)
-    const OmRlSetting* ppo_setting;
-    int nppo_setting;
-    // of PPO with reward (b) a second part with drawn bodies follows; default 327,680 steps, 5e-4; 0: none
-    int64_t varied_nstep;
-    double varied_rate;
-    // more settings, for this part's training alone; default step_cost=0.02 (nvaried_train_setting)
-    const OmRlSetting* varied_train_setting;
-    int nvaried_train_setting;
-    double varied_sharpness;  // OmRlTrainDef.sharpness of it; default 32
-    double varied_entropy;    // weight of the entropy in it; default 0
-    double entropy;           // its weight; default 1e-3
-    int nenv;                 // environments side by side, default 32
-    int horizon, batch;       // default 64, 256
-    int nepoch;               // passes over the samples of an iteration; default 10
-    // more settings, for demonstrations, GAIL and cloning; default max_step=700: the moves are those of the evaluation
-    const OmRlSetting* gail_setting;
-    int ngail_setting;             //
-    int64_t gail_nstep;            // of GAIL: default 32,768
-    double gail_rate;              // default 3e-5
-    double gail_clone_rate;        // of cloning before GAIL; default 3e-4
-    double gail_entropy;           // default 0
-    int gail_nenv;                 // default 16
-    int gail_horizon, gail_batch;  // default 64, 128
-    int clone_epoch;               // epochs of cloning before GAIL; default 100
-    // Evaluations during the trainings of PPO and GAIL, from drawn starts with the moves of the evaluation: the policy
-    // with the best one is the result (OmRlTrainDef).
-    int eval_period, gail_eval_period;  // iterations; 0: none; default 16, 0
-    int eval_nepisode;                  // default 96
-    int ndemo;                          // default 35
-    bool has_reality;                   // evaluate with world=reality too; default true
-    int nworker;                        // default 0: one a processor
+    int64_t varied_nstep;   // of the second part of PPO with reward (b); default 327,680; 0: none
+    int64_t gail_nstep;     // of GAIL: default 32,768
+    bool has_reality;       // evaluate with world=reality too; default true
+    int nworker;            // default 0: one a processor
     OmCookie cookie;
 } OmStudyLearningDef;
 

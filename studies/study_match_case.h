@@ -136,7 +136,8 @@ typedef struct MatchTruth {  // om__match_truth_done frees; zero-initialise
     unsigned char* way_color[NVIEW];  // (nway x pixels x 3)
 } MatchTruth;
 
-// Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup. is_new: may be null.
+// Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup. is_new: may be
+// null.
 OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
                              MatchTruth* truth);
 void om__match_truth_done(MatchTruth* truth);

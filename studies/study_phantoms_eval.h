@@ -55,8 +55,8 @@ typedef struct Phantoms {
     int ncase;
     PhantomCase c[PHANTOM_MAX_CASE];
     uint64_t hash[PHANTOM_MAX_CASE];  // of all that a result depends on
-    int nlift,
-        lift[PHANTOM_MAX_LIFT];  // PHANTOM_NGRASP x configuration + grasp: lifts that the folder does not have
+    // lifts that the folder does not have: PHANTOM_NGRASP x configuration + grasp  (nlift)
+    int nlift, lift[PHANTOM_MAX_LIFT];
     PhantomResult* result;  // (ncase)
     OmStudyPhantomsSummary sum;
 } Phantoms;

@@ -172,8 +172,7 @@ static OmStatus make_truth(void* ctx, int k) {
     return OM_OK;
 }
 
-// The truths of missing results, and those that they need as other tissue: in s->needed, ascending. Returns how many of
-// them have no file.
+// The truths of missing results, and the other tissue of each: in s->needed, ascending. Returns how many have no file.
 static int find_needed(Trust* s, const StudyCases* c) {
     bool is_needed[OM_STUDY_TRUST_MAX_TRUTH + 1] = {false};
     int nmissing = 0;

@@ -60,7 +60,8 @@ typedef struct TrustTruth {  // om__trust_truth_done frees; zero-initialise
 
 #define TRUST_CELLS 10  // of the twin's sheet along a side
 
-// Move the world and write the result into a file of `dir`, or read it from there. Several threads may do this at a time.
+// Move the world and write the result into a file of `dir`, or read it from there. Several threads may call it at a
+// time.
 OmStatus om__trust_truth_get(uint64_t seed, int number, int cells, const char* dir, int nworker,
                              TrustTruth* truth);
 void om__trust_truth_done(TrustTruth* truth);

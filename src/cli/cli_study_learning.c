@@ -72,11 +72,8 @@ static OmStatus read_def(const OmCliArgs* args, OmRlSetting* setting, char (*key
     OM_TRY(om_cli_int(args, "--seeds", &def->nseed));
     OM_TRY(om_cli_int(args, "--steps", &nstep));
     OM_TRY(om_cli_int(args, "--gail-steps", &gail_nstep));
-    if (is_same) {
-        def->ntrain_setting = def->ngail_setting = def->neval_setting = def->nvaried_setting = 0;
-        def->nvaried_train_setting = def->nppo_setting = 0;
-        varied_nstep = 0;
-    }
+    if (is_same) varied_nstep = 0;
+    def->is_same_task = is_same;
     OM_TRY(om_cli_int(args, "--varied-steps", &varied_nstep));
     def->nstep = nstep;
     def->gail_nstep = gail_nstep;
