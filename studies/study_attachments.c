@@ -6,7 +6,6 @@
 // same body for every guess, so the rows of the table differ by their attachments alone.
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "studies/study_attachments.h"
 
@@ -91,25 +90,6 @@ static void layout_done(Layout* l) {
     om_free(l->stiffness);
 }
 
-static double processor_ms(clock_t begin) {
-    return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
-}
-
-// Share of the true surface's area that faces the camera: an upper bound of the visible share.
-static double share_facing(const MatchTruth* t) {
-    const OmSurface* s = &t->surface;
-    OmVec3 eye = t->head.camera.pose_world_camera.p;
-    double all = 0, facing = 0;
-    for (int k = 0; k < s->ntri; ++k) {
-        const int* v = s->tri_vert + 3 * (size_t)k;
-        OmVec3 a = om_load3(s->x, v[0]), b = om_load3(s->x, v[1]), c = om_load3(s->x, v[2]);
-        OmVec3 normal = om_cross(om_sub(b, a), om_sub(c, a));
-        all += om_norm(normal);
-        if (om_dot(normal, om_sub(eye, a)) > 0) facing += om_norm(normal);
-    }
-    return facing / all;  // > 0: a sheet has an area
-}
-
 static OmStatus make_view(Layout* l, int layout, int g) {
     static const MatchCase whole = {.name = "whole", .view = VIEW_FULL, .seen = 1};
     View* v = &l->view[g];
@@ -119,9 +99,10 @@ static OmStatus make_view(Layout* l, int layout, int g) {
     OM_TRY(om__match_twin_get(&v->setup, BELIEF_NONE, &v->truth, 1, def->nworker, &v->twin));
     clock_t begin = clock();
     OM_TRY(om__match_scan(&v->truth, &v->twin.site, &v->setup.move, &whole, 0, &v->scan));
-    l->r->scan_ms[g] = processor_ms(begin);
+    l->r->scan_ms[g] = om__processor_ms(begin);
     l->r->npoint[g] = v->scan.npoint;
-    l->r->seen[g] = share_facing(&v->truth);
+    l->r->seen[g] = om__hand_share_facing(&v->truth.surface, v->truth.vert, v->truth.x,
+                                          v->truth.head.camera.pose_world_camera.p);
     int nvert = v->twin.site.mesh.nvert;
     OM_ALLOC(v->x, 3 * (size_t)nvert);
     OM_TRY(om__match_carry(&v->truth, nvert, v->twin.site.mesh.x, v->x));
@@ -265,7 +246,7 @@ static OmStatus run_update(Layout* l, int k) {
     OmMatchEstimate estimate = {0};
     clock_t begin = clock();
     OmStatus status = om_match_update(l->match, v.n, l->acquisition + v.first, NULL, &estimate);
-    u->ms = processor_ms(begin);
+    u->ms = om__processor_ms(begin);
     u->is_there = status != OM_UNAVAILABLE;
     if (status >= 0) status = take_estimate(l, &estimate, v, u);
     om_match_estimate_done(&estimate);
@@ -322,7 +303,7 @@ static OmStatus run_joint(Layout* l, int k) {
     clock_t begin = clock();
     OM_TRY_DONE(
         om_banet_update(l->updater, v.n, l->acquisition + v.first, NULL, &estimate, &advice));
-    u->ms = processor_ms(begin);
+    u->ms = om__processor_ms(begin);
     u->is_there = 1;
     OM_TRY_DONE(take_estimate(l, &estimate, v, u));
     OM_TRY_DONE(take_network(l, advice.probability, advice.nused, alone, &l->r->network[k]));

@@ -11,7 +11,6 @@
 // ones there.
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "studies/study_correspondence.h"
 
@@ -72,17 +71,13 @@ static void stage_done(Stage* g) {
     om_free(g->answer.has);
 }
 
-static double processor_ms(clock_t begin) {
-    return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
-}
-
 static OmStatus make_scan(Stage* g, CorResult* r) {
     const OmSite* site = &g->twin[0].site;
     OmObservation obs;
     clock_t begin = clock();
     OM_TRY(om__match_scan_way(&g->truth, site, &g->setup->move, g->c, g->s->def->spacing,
                               g->truth.nway, &obs, &g->scan));
-    r->scan_ms = processor_ms(begin);
+    r->scan_ms = om__processor_ms(begin);
     g->color = obs.rgbd.color;
     memset(&obs.rgbd.color, 0, sizeof obs.rgbd.color);
     om_observation_done(&obs);
@@ -139,7 +134,7 @@ static OmStatus make_tracks(Stage* g, int which) {
     for (int k = 0; k < g->truth.nway; ++k) OM_TRY(take_picture(g, which, k));
     clock_t begin = clock();
     OM_TRY(om_match_tracker_follow(g->tracker[which], &g->scan, &g->color, &g->tracks[which]));
-    g->track_ms[which] = processor_ms(begin);
+    g->track_ms[which] = om__processor_ms(begin);
     return OM_OK;
 }
 
@@ -147,7 +142,7 @@ static OmStatus add_track_time(Stage* g, int which, CorWay* way) {
     OmMatchPairs pairs = {.nvert = om_match_view(g->match)->mesh->nvert, .x = g->x};
     clock_t begin = clock();
     OM_TRY(om_match_tracker_adopt(g->tracker[which], &pairs));
-    way->ms += g->track_ms[which] + processor_ms(begin);
+    way->ms += g->track_ms[which] + om__processor_ms(begin);
     return OM_OK;
 }
 
@@ -156,7 +151,7 @@ static OmStatus try_way(Stage* g, OmStudyWay way, const WayInput* in, CorResult*
     for (int run = 0; run < NRUN; ++run) {
         clock_t begin = clock();
         OM_TRY(om__study_way_find(way, in, &g->answer));
-        double ms = processor_ms(begin);
+        double ms = om__processor_ms(begin);
         w->ms = run ? fmin(w->ms, ms) : ms;
     }
     w->is_lost = g->answer.is_lost;

@@ -16,7 +16,6 @@
 // volume.
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "omentum/banet_update.h"
 #include "omentum/body.h"
@@ -161,10 +160,6 @@ done:
 }
 
 // ---- the twin with a guess ----------------------------------------------------------------------------
-
-static double processor_ms(clock_t begin) {
-    return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
-}
 
 // The twin at rest under the grasp with `attached`, into o->x. False if it did not come to rest.
 static OmStatus move_twin(Operation* o, const unsigned char* attached, bool* is_loose) {
@@ -312,7 +307,7 @@ static OmStatus guess_physics(Operation* o, KidneyGuess* g) {
     gather(o, OM_STUDY_KIDNEY_PHYSICS, 1, &now);
     clock_t begin = clock();
     OmStatus status = om_match_update(o->match, 1, &now, NULL, &estimate);
-    g->ms = processor_ms(begin);
+    g->ms = om__processor_ms(begin);
     if (status >= 0) status = take_estimate(o, OM_STUDY_KIDNEY_PHYSICS, &estimate, g);
     om_match_estimate_done(&estimate);
     return status;
@@ -329,7 +324,7 @@ static OmStatus guess_network(Operation* o, int way, KidneyGuess* g) {
     clock_t begin = clock();
     OmStatus status =
         om_banet_update(o->updater, n, list, NULL, is_joint ? &estimate : NULL, &advice);
-    g->ms = processor_ms(begin);
+    g->ms = om__processor_ms(begin);
     if (status >= 0)
         status = is_joint ? take_estimate(o, way, &estimate, g) : take_advice(o, way, &advice, g);
     om_banet_advice_done(&advice);

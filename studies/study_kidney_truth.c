@@ -13,12 +13,6 @@
 #include "studies/study_kidney_case.h"
 #include "studies/study_match_case.h"
 
-#define FAST 0.1      // m/s, to the tissue
-#define SPEED 0.04    // m/s, of the lift
-#define ABOVE 0.02    // m
-#define MAX_WAY 1000  // ticks to a goal
-#define JAW_TICKS 30
-#define JAW_OPEN 0.7         // rad
 #define STILL 2e-3           // m/s: a level is at rest below this
 #define MAX_WAIT 50          // ticks to come to rest at a level
 #define FORCE_MAX 4.0        // N
@@ -65,25 +59,8 @@ static unsigned char* snapshot(const KidneyTruth* t, int grasp, int moment) {
 typedef struct Run {
     KidneyTruth* truth;
     int grasp;
-    OmObservation obs;
+    StudyHand hand;
 } Run;
-
-static OmStatus tick(Run* r) {
-    OM_TRY(om_world_advance(r->truth->world, r->truth->scene.task.time_step));
-    return om_world_observe(r->truth->world, 0, &r->obs);
-}
-
-// Move the tip and wait for its arrival.
-static OmStatus go_to(Run* r, OmVec3 p, double speed) {
-    OmPose goal = r->obs.arm[0].tip;
-    goal.p = p;
-    OM_TRY(om_world_move(r->truth->world, 0, goal, speed));
-    for (int i = 0; i < MAX_WAY; ++i) {
-        OM_TRY(tick(r));
-        if (!r->obs.arm[0].is_moving) return OM_OK;
-    }
-    return om_error(OM_INVALID, "kidney: the arm does not arrive");
-}
 
 // The vertex of the upper side at a grasping point, in the tissue at rest, world frame.
 static OmVec3 find_grasp(const KidneyTruth* t, int grasp) {
@@ -102,17 +79,6 @@ static OmVec3 find_grasp(const KidneyTruth* t, int grasp) {
     return best;
 }
 
-static OmStatus close_jaw(Run* r, OmVec3 p, OmVec3 up) {
-    OmWorld* w = r->truth->world;
-    OM_TRY(om_world_set_jaw(w, 0, JAW_OPEN));
-    OM_TRY(go_to(r, om_madd(p, ABOVE, up), FAST));
-    OM_TRY(go_to(r, p, FAST));
-    OM_TRY(om_world_set_jaw(w, 0, 0));
-    for (int i = 0; i < JAW_TICKS; ++i) OM_TRY(tick(r));
-    OM_CHECK(om_arm_is_holding(&r->obs.arm[0]), OM_INVALID, "kidney: no tissue in the jaw");
-    return OM_OK;
-}
-
 // Wait until no vertex moves faster than STILL.
 static OmStatus wait(Run* r) {
     OmBody* body = om_world_truth(r->truth->world);
@@ -122,7 +88,7 @@ static OmStatus wait(Run* r) {
     OmStatus status = OM_OK;
     for (int i = 0; i < MAX_WAIT; ++i) {
         memcpy(before, om_body_x(body), 3 * (size_t)nvert * sizeof *before);
-        OM_TRY_DONE(tick(r));
+        OM_TRY_DONE(om__hand_wait(&r->hand, 1));
         double most = 0;
         for (int v = 0; v < nvert; ++v)
             most = fmax(most, om_distance(om_load3(before, v), om_load3(om_body_x(body), v)));
@@ -137,15 +103,13 @@ static OmStatus lift(Run* r, OmVec3 p, OmVec3 up) {
     KidneyTruth* t = r->truth;
     KidneyLift* l = &t->lift[r->grasp];
     for (int k = 0; k < KIDNEY_NLEVEL; ++k) {
-        OmBodyForces force;
-        if (go_to(r, om_madd(p, KIDNEY_STEP * (k + 1), up), SPEED) < 0) {
+        if (om__hand_go(&r->hand, om_madd(p, KIDNEY_STEP * (k + 1), up), HAND_SPEED) < 0) {
             snprintf(l->reason, sizeof l->reason, "%.70s", om_error_message());
             return OM_OK;
         }
         OM_TRY(wait(r));
-        OM_TRY(om_body_get_forces(om_world_truth(t->world), &force));
-        l->force[k] = om_norm(force.pull[0]);
-        if (!om_arm_is_holding(&r->obs.arm[0])) {
+        OM_TRY(om__hand_force(&r->hand, &l->force[k]));
+        if (!om_arm_is_holding(&r->hand.obs.arm[0])) {
             snprintf(l->reason, sizeof l->reason, "the jaw lost the tissue");
             return OM_OK;
         }
@@ -161,7 +125,7 @@ static OmStatus lift(Run* r, OmVec3 p, OmVec3 up) {
 }
 
 static OmStatus simulate(KidneyTruth* t, int grasp) {
-    Run r = {.truth = t, .grasp = grasp};
+    Run r = {.truth = t, .grasp = grasp, .hand = {"kidney", t->world, t->scene.task.time_step}};
     OmVec3 up = om_quat_rotate(t->site.pose_world_task.q, om_vec3(0, 0, 1));
     OmStatus status = om_world_reset(t->world);
     if (status == OM_NOT_CONVERGED)
@@ -170,21 +134,21 @@ static OmStatus simulate(KidneyTruth* t, int grasp) {
     int nbad = om_body_nbad(om_world_truth(t->world));
     KidneyLift* l = &t->lift[grasp];
     memset(l, 0, sizeof *l);
-    OM_TRY_DONE(om_world_observe(t->world, 0, &r.obs));
+    OM_TRY_DONE(om_world_observe(t->world, 0, &r.hand.obs));
     OM_TRY_DONE(om_world_save(t->world, snapshot(t, grasp, KIDNEY_REST)));
     OmVec3 p = find_grasp(t, grasp);
-    OM_TRY_DONE(close_jaw(&r, p, up));
+    OM_TRY_DONE(om__hand_grasp(&r.hand, om_madd(p, HAND_ABOVE, up), p));
     OM_TRY_DONE(om_world_save(t->world, snapshot(t, grasp, KIDNEY_CLOSED)));
     OM_TRY_DONE(lift(&r, p, up));
     l->nbad = om_body_nbad(om_world_truth(t->world)) - nbad;
     memcpy(t->file[grasp], l, sizeof *l);
 done:
-    om_observation_done(&r.obs);
+    om_observation_done(&r.hand.obs);
     return status;
 }
 
 OmStatus om__kidney_hash_truth(const OmScene* scene, uint64_t* hash) {
-    const double number[] = {SPEED, FORCE_MAX, STILL, KIDNEY_STEP, CALIBRATION};
+    const double number[] = {HAND_SPEED, FORCE_MAX, STILL, KIDNEY_STEP, CALIBRATION};
     OmScene truth = *scene;
     OmText text = {0};
     om__kidney_set_truth(&truth);
@@ -263,8 +227,6 @@ OmStatus om__kidney_truth_look(KidneyTruth* t, int grasp, KidneyMoment moment, i
     memset(a, 0, sizeof *a);
     OmMatchGrasp held = {.arm = 0};
     OmObservation obs = {0};
-    const OmScanDef def = om_scan_default_def(om_site_spacing(twin));
-    OmCloudDef space = om_cloud_default_def(NULL, twin);
     OmRng rng = om_rng_init(KIDNEY_NOISE_SEED + (uint64_t)run, 1);
     double shift[3];
     for (int i = 0; i < 3; ++i) shift[i] = CALIBRATION * om_rng_normal(&rng);
@@ -278,8 +240,7 @@ OmStatus om__kidney_truth_look(KidneyTruth* t, int grasp, KidneyMoment moment, i
     }
     OM_TRY_DONE(om__kidney_truth_show(t, grasp, moment));
     OM_TRY_DONE(om_world_observe(t->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
-    space.psm[0] = om_world_psm(t->world, 0);
-    OM_TRY_DONE(om_scan_from_observation(&def, &space, &obs, &a->scan));
+    OM_TRY_DONE(om__hand_scan(&obs, twin, om_world_psm(t->world, 0), 0, &a->scan));
     t->shift = om_load3(shift, 0);
     shift_scan(t->shift, &a->scan);
     a->time = obs.rgbd.time;

@@ -18,100 +18,37 @@
 #define HALF 0.060   // m, of the sheet's side
 #define THICK 0.005  // m
 
-#define FOLD_LINE \
-    { 0.005, 0, 0.0025 }
-#define FOLD(degrees)                                                                       \
-    {                                                                                       \
-        .narm = 2, .arm = {0, 1}, .grasp = {{0.052, -0.030, THICK}, {0.052, 0.030, THICK}}, \
-        .line = FOLD_LINE, .axis = {0, -1, 0}, .angle = (degrees)*DEG                       \
-    }
-#define HALF_HELD .lo = {-0.061, -0.061, -0.001}, .hi = {-0.010, 0.061, 0.001}
-#define HALF_ELSEWHERE .else_lo = {-0.061, 0.010, -0.001}, .else_hi = {0.020, 0.061, 0.001}
-#define PULL(mm)                                                                            \
-    {                                                                                       \
-        .narm = 1, .arm = {1}, .grasp = {{0.050, 0.045, THICK}}, .shift = { 0, 0, (mm)*MM } \
-    }
-#define QUARTER_HELD .lo = {-0.061, -0.061, -0.001}, .hi = {0.001, 0.001, 0.001}
-#define QUARTER_ELSEWHERE .else_lo = {-0.061, -0.001, -0.001}, .else_hi = {0.001, 0.061, 0.001}
+// Fields of a setup: its sheet, where it is held (and where BELIEF_ELSEWHERE has it), and its motion.
+#define SHEET(title, n) .name = title, .cells = n, .element = OM_ELEMENT_QUADRATIC, .way = 5 * MM
+#define HALF_HELD                                                 \
+    .lo = {-0.061, -0.061, -0.001}, .hi = {-0.010, 0.061, 0.001}, \
+    .else_lo = {-0.061, 0.010, -0.001}, .else_hi = {0.020, 0.061, 0.001}, .elevation = 70 * DEG
+#define QUARTER_HELD                                             \
+    .lo = {-0.061, -0.061, -0.001}, .hi = {0.001, 0.001, 0.001}, \
+    .else_lo = {-0.061, -0.001, -0.001}, .else_hi = {0.001, 0.061, 0.001}, .elevation = 50 * DEG
+#define FOLD(degrees)                                                  \
+    .move = {.narm = 2,                                                \
+             .arm = {0, 1},                                            \
+             .grasp = {{0.052, -0.030, THICK}, {0.052, 0.030, THICK}}, \
+             .line = {0.005, 0, 0.0025},                               \
+             .axis = {0, -1, 0},                                       \
+             .angle = (degrees)*DEG}
+#define PULL(mm) \
+    .move = {.narm = 1, .arm = {1}, .grasp = {{0.050, 0.045, THICK}}, .shift = {0, 0, (mm)*MM}}
+#define CORNER                                                       \
+    .move = {.narm = 1,                                              \
+             .arm = {1},                                             \
+             .grasp = {{0.044, 0.044, THICK}},                       \
+             .line = {0.010, 0.010, 0.0025},                         \
+             .axis = {0.70710678118654752, -0.70710678118654752, 0}, \
+             .angle = 100 * DEG}
 
 const MatchSetup om__match_setup[MATCH_NSETUP] = {
-    {.name = "fold-45",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     HALF_HELD,
-     HALF_ELSEWHERE,
-     .elevation = 70 * DEG,
-     .move = FOLD(45)},
-    {.name = "fold-90",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     HALF_HELD,
-     HALF_ELSEWHERE,
-     .elevation = 70 * DEG,
-     .move = FOLD(90)},
-    {.name = "fold-135",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     HALF_HELD,
-     HALF_ELSEWHERE,
-     .elevation = 70 * DEG,
-     .move = FOLD(135)},
-    {.name = "corner-100",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     HALF_HELD,
-     HALF_ELSEWHERE,
-     .elevation = 70 * DEG,
-     .move = {.narm = 1,
-              .arm = {1},
-              .grasp = {{0.044, 0.044, THICK}},
-              .line = {0.010, 0.010, 0.0025},
-              .axis = {0.70710678118654752, -0.70710678118654752, 0},
-              .angle = 100 * DEG}},
-    {.name = "pull-20",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     QUARTER_HELD,
-     QUARTER_ELSEWHERE,
-     .elevation = 50 * DEG,
-     .move = PULL(20)},
-    {.name = "pull-40",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     QUARTER_HELD,
-     QUARTER_ELSEWHERE,
-     .elevation = 50 * DEG,
-     .move = PULL(40)},
-    {.name = "pull-60",
-     .cells = 20,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     QUARTER_HELD,
-     QUARTER_ELSEWHERE,
-     .elevation = 50 * DEG,
-     .move = PULL(60)},
-    {.name = "quick-135",
-     .cells = 12,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     HALF_HELD,
-     HALF_ELSEWHERE,
-     .elevation = 70 * DEG,
-     .move = FOLD(135)},
-    {.name = "quick-40",
-     .cells = 12,
-     .element = OM_ELEMENT_QUADRATIC,
-     .way = 5 * MM,
-     QUARTER_HELD,
-     QUARTER_ELSEWHERE,
-     .elevation = 50 * DEG,
-     .move = PULL(40)},
+    {SHEET("fold-45", 20), HALF_HELD, FOLD(45)},     {SHEET("fold-90", 20), HALF_HELD, FOLD(90)},
+    {SHEET("fold-135", 20), HALF_HELD, FOLD(135)},   {SHEET("corner-100", 20), HALF_HELD, CORNER},
+    {SHEET("pull-20", 20), QUARTER_HELD, PULL(20)},  {SHEET("pull-40", 20), QUARTER_HELD, PULL(40)},
+    {SHEET("pull-60", 20), QUARTER_HELD, PULL(60)},  {SHEET("quick-135", 12), HALF_HELD, FOLD(135)},
+    {SHEET("quick-40", 12), QUARTER_HELD, PULL(40)},
 };
 
 enum { F45, F90, F135, C100, P20, P40, P60, QUICK135, QUICK40 };

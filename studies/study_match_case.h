@@ -10,6 +10,7 @@
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
 #include "studies/study_cases.h"
+#include "studies/study_hand.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it
 #define MATCH_MAX_WAY 40    // pictures kept on the way
@@ -141,11 +142,8 @@ typedef struct MatchTruth {  // om__match_truth_done frees; zero-initialise
 OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
                              MatchTruth* truth);
 void om__match_truth_done(MatchTruth* truth);
-// A view as an observation; om_observation_done frees. With `seen` below 1 the tissue's pixels on one side of a
-// plane have neither depth nor colour, so that a share `seen` of them stays.
-OmStatus om__match_observe(const MatchTruth* truth, const MatchMove* move, MatchView view,
-                           double seen, bool keeps_far, OmObservation* obs);
-// Picture k on the way, as om__match_observe; k is nway for the end.
+// Picture k on the way as an observation, the end if k is nway; om_observation_done frees. With `seen` below 1 the
+// tissue's pixels on one side of a plane have neither depth nor colour, so that a share `seen` of them stays.
 OmStatus om__match_observe_way(const MatchTruth* truth, const MatchMove* move, MatchView view,
                                double seen, bool keeps_far, int k, OmObservation* obs);
 // The scan of a view, with points `spacing` apart; 0: om_site_spacing.

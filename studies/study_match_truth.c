@@ -15,13 +15,7 @@
 #include "omentum/shape_closest.h"
 #include "studies/study_match_case.h"
 
-#define SPEED 0.04    // m/s, of the motion
-#define FAST 0.1      // m/s, to the tissue
-#define ABOVE 0.02    // m
-#define WAIT 50       // ticks after the motion
-#define MAX_WAY 1000  // ticks to the tissue
-#define JAW_TICKS 30
-#define JAW_OPEN 0.7  // rad
+#define WAIT 50  // ticks after the motion
 
 // ---- files --------------------------------------------------------------------------------------------
 
@@ -50,8 +44,7 @@ static OmStatus hash_setup(const MatchSetup* setup, const OmScene* scene, uint64
 typedef struct Run {
     const MatchSetup* setup;
     MatchTruth* truth;
-    OmWorld* world;
-    OmObservation obs;
+    StudyHand hand;
     int nkept;  // pictures on the way
 } Run;
 
@@ -65,12 +58,13 @@ static size_t count_pixels(const OmCamera* camera) {
 static OmStatus keep_view(Run* r, MatchView view, float* depth, unsigned char* color) {
     OmScene* scene = &r->truth->scene;  // the world borrows it
     scene->world.has_depth_noise = view != VIEW_EXACT;
-    OmStatus status = om_world_observe(r->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->obs);
+    OmStatus status =
+        om_world_observe(r->hand.world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->hand.obs);
     scene->world.has_depth_noise = true;
     OM_TRY(status);
-    size_t n = count_pixels(&r->obs.rgbd.camera);
-    memcpy(depth, r->obs.rgbd.depth, n * sizeof *depth);
-    memcpy(color, r->obs.rgbd.color.pixel, 3 * n);
+    size_t n = count_pixels(&r->hand.obs.rgbd.camera);
+    memcpy(depth, r->hand.obs.rgbd.depth, n * sizeof *depth);
+    memcpy(color, r->hand.obs.rgbd.color.pixel, 3 * n);
     return OM_OK;
 }
 
@@ -81,42 +75,25 @@ static OmStatus keep_way(Run* r, int tick) {
     size_t nx = 3 * (size_t)t->mesh.nvert;
     for (int view = 0; view <= VIEW_EXACT; ++view)
         OM_TRY(keep_view(r, view, t->way_depth[view] + k * n, t->way_color[view] + 3 * k * n));
-    t->way[k] = (MatchWay){.tick = tick, .time = r->obs.rgbd.time};
-    memcpy(t->way[k].arm, r->obs.arm, sizeof r->obs.arm);
-    memcpy(t->way_x + k * nx, om_body_x(om_world_truth(r->world)), nx * sizeof *t->way_x);
+    t->way[k] = (MatchWay){.tick = tick, .time = r->hand.obs.rgbd.time};
+    memcpy(t->way[k].arm, r->hand.obs.arm, sizeof r->hand.obs.arm);
+    memcpy(t->way_x + k * nx, om_body_x(om_world_truth(r->hand.world)), nx * sizeof *t->way_x);
     return OM_OK;
 }
 
 // ---- arms -----------------------------------------------------------------------------------------------
 
-static OmStatus tick(Run* r) {
-    OM_TRY(om_world_advance(r->world, r->truth->head.dt));
-    return om_world_observe(r->world, 0, &r->obs);
-}
-
-static OmStatus go_to(Run* r, int arm, OmVec3 p_task) {
-    OmPose goal = r->obs.arm[arm].tip;
-    goal.p = om_pose_apply(r->truth->site.pose_world_task, p_task);
-    OM_TRY(om_world_move(r->world, arm, goal, FAST));
-    for (int i = 0; i < MAX_WAY; ++i) {
-        OM_TRY(tick(r));
-        if (!r->obs.arm[arm].is_moving) return OM_OK;
-    }
-    return om_error(OM_INVALID, "%s: the arm does not arrive", r->setup->name);
+static OmVec3 to_world(const Run* r, OmVec3 p) {
+    return om_pose_apply(r->truth->site.pose_world_task, p);
 }
 
 static OmStatus grasp(Run* r, int k) {
     const MatchMove* move = &r->setup->move;
-    int arm = move->arm[k];
-    OmVec3 p = om__match_tip(move, k, 0);
-    OM_TRY(om_world_set_jaw(r->world, arm, JAW_OPEN));
-    OM_TRY(go_to(r, arm, om_add(p, om_vec3(0, 0, ABOVE))));
-    OM_TRY(go_to(r, arm, p));
-    OM_TRY(om_world_set_jaw(r->world, arm, 0));
-    for (int i = 0; i < JAW_TICKS; ++i) OM_TRY(tick(r));
-    OM_CHECK(om_arm_is_holding(&r->obs.arm[arm]), OM_INVALID, "%s: no tissue in the jaw",
-             r->setup->name);
-    r->truth->head.grasp_tip[k] = r->obs.arm[arm].tip;
+    const OmVec3 p = om__match_tip(move, k, 0);
+    r->hand.arm = move->arm[k];
+    OM_TRY(om__hand_grasp(&r->hand, to_world(r, om_add(p, om_vec3(0, 0, HAND_ABOVE))),
+                          to_world(r, p)));
+    r->truth->head.grasp_tip[k] = r->hand.obs.arm[move->arm[k]].tip;
     return OM_OK;
 }
 
@@ -137,27 +114,27 @@ static OmStatus move_all(Run* r) {
     const MatchMove* move = &r->setup->move;
     MatchHead* h = &r->truth->head;
     double length = longest_way(move);
-    h->nmove = (int)ceil(length / (SPEED * h->dt));
+    h->nmove = (int)ceil(length / (HAND_SPEED * h->dt));
     h->ntick = h->nmove + WAIT;
     OM_CHECK(h->ntick <= MATCH_MAX_TICK, OM_INVALID, "%s: %d ticks", r->setup->name, h->ntick);
     for (int i = 0; i < h->ntick; ++i) {
         double share = fmin(1, (double)(i + 1) / h->nmove);
         for (int k = 0; k < move->narm && i < h->nmove; ++k) {
             OmPose goal = h->grasp_tip[k];
-            goal.p = om_pose_apply(r->truth->site.pose_world_task, om__match_tip(move, k, share));
-            OM_TRY(om_world_move(r->world, move->arm[k], goal, 4 * SPEED));
+            goal.p = to_world(r, om__match_tip(move, k, share));
+            OM_TRY(om_world_move(r->hand.world, move->arm[k], goal, 4 * HAND_SPEED));
         }
-        OM_TRY(tick(r));
-        for (int a = 0; a < r->obs.narm; ++a) h->tick[i].tip[a] = r->obs.arm[a].tip;
+        OM_TRY(om__hand_wait(&r->hand, 1));
+        for (int a = 0; a < r->hand.obs.narm; ++a) h->tick[i].tip[a] = r->hand.obs.arm[a].tip;
         OmBodyForces force;
-        OM_TRY(om_body_get_forces(om_world_truth(r->world), &force));
+        OM_TRY(om_body_get_forces(om_world_truth(r->hand.world), &force));
         for (int k = 0; k < move->narm; ++k)
             h->force[k] = fmax(h->force[k], om_norm(force.pull[move->arm[k]]));
         bool is_next = r->nkept < r->truth->nway && i + 1 >= r->nkept * h->ntick / r->truth->nway;
         if (is_next) OM_TRY(keep_way(r, i + 1));
     }
     for (int k = 0; k < move->narm; ++k)
-        OM_CHECK(om_arm_is_holding(&r->obs.arm[move->arm[k]]), OM_INVALID,
+        OM_CHECK(om_arm_is_holding(&r->hand.obs.arm[move->arm[k]]), OM_INVALID,
                  "%s: the jaw lost the tissue", r->setup->name);
     return OM_OK;
 }
@@ -217,37 +194,37 @@ done:
 
 static OmStatus keep_state(Run* r) {
     MatchTruth* t = r->truth;
-    const double* x = om_body_x(om_world_truth(r->world));
+    const double* x = om_body_x(om_world_truth(r->hand.world));
     memcpy(t->x, x, 3 * (size_t)t->mesh.nvert * sizeof *x);
     for (int view = 0; view <= VIEW_EXACT; ++view)
         OM_TRY(keep_view(r, view, t->depth[view], t->color[view]));
     MatchHead* h = &t->head;
-    h->time = r->obs.rgbd.time;
-    h->camera = r->obs.rgbd.camera;
-    h->nbad = om_body_nbad(om_world_truth(r->world));
-    memcpy(h->arm, r->obs.arm, sizeof h->arm);
+    h->time = r->hand.obs.rgbd.time;
+    h->camera = r->hand.obs.rgbd.camera;
+    h->nbad = om_body_nbad(om_world_truth(r->hand.world));
+    memcpy(h->arm, r->hand.obs.arm, sizeof h->arm);
     for (int a = 0; a < OM_MAX_ARM; ++a)
-        if (om_world_psm(r->world, a)) h->psm[a] = *om_world_psm(r->world, a);
+        if (om_world_psm(r->hand.world, a)) h->psm[a] = *om_world_psm(r->hand.world, a);
     return OM_OK;
 }
 
 static OmStatus simulate(const MatchSetup* setup, int nworker, MatchTruth* truth) {
-    Run r = {.setup = setup, .truth = truth};
+    Run r = {.setup = setup, .truth = truth, .hand = {.name = setup->name}};
     const MatchMove* move = &setup->move;
     memset(&truth->head, 0, sizeof truth->head);
-    truth->head.dt = truth->scene.task.time_step;
+    truth->head.dt = r.hand.dt = truth->scene.task.time_step;
     OmStatus status;
-    OM_TRY_DONE(om_world_create_simulated(&truth->scene, &truth->site, nworker, &r.world));
-    OM_TRY_DONE(om_world_reset(r.world));
-    OM_TRY_DONE(om_world_observe(r.world, OM_OBSERVE_DEPTH, &r.obs));
-    truth->head.camera = r.obs.rgbd.camera;
+    OM_TRY_DONE(om_world_create_simulated(&truth->scene, &truth->site, nworker, &r.hand.world));
+    OM_TRY_DONE(om_world_reset(r.hand.world));
+    OM_TRY_DONE(om_world_observe(r.hand.world, OM_OBSERVE_DEPTH, &r.hand.obs));
+    truth->head.camera = r.hand.obs.rgbd.camera;
     if (truth->nway > 0) OM_TRY_DONE(keep_way(&r, 0));
     for (int k = 0; k < move->narm; ++k) OM_TRY_DONE(grasp(&r, k));
     OM_TRY_DONE(move_all(&r));
     status = keep_state(&r);
 done:
-    om_observation_done(&r.obs);
-    om_world_destroy(r.world);
+    om_observation_done(&r.hand.obs);
+    om_world_destroy(r.hand.world);
     return status;
 }
 
@@ -277,7 +254,7 @@ static OmStatus make_room(const MatchSetup* setup, MatchTruth* t) {
     if (setup->element == OM_ELEMENT_QUADRATIC) OM_TRY(om_tet_mesh_refine(&t->mesh));
     OM_TRY(om_tet_mesh_boundary(&t->mesh, &t->surface, &t->vert));
     size_t n = (size_t)t->scene.rgbd.width * (size_t)t->scene.rgbd.height;
-    double length = longest_way(&setup->move) + WAIT * t->scene.task.time_step * SPEED;
+    double length = longest_way(&setup->move) + WAIT * t->scene.task.time_step * HAND_SPEED;
     t->nway = setup->way > 0 ? (int)ceil(length / setup->way) : 0;
     OM_CHECK(t->nway <= MATCH_MAX_WAY, OM_INVALID, "%s: %d pictures on the way", setup->name,
              t->nway);
@@ -385,30 +362,15 @@ done:
 
 OmStatus om__match_observe_way(const MatchTruth* t, const MatchMove* move, MatchView view,
                                double seen, bool keeps_far, int k, OmObservation* obs) {
-    bool is_end = k >= t->nway;
-    *obs = (OmObservation){.time = is_end ? t->head.time : t->way[k].time,
-                           .narm = t->scene.world.narm};
-    memcpy(obs->arm, is_end ? t->head.arm : t->way[k].arm, sizeof obs->arm);
-    OmDepthPicture* picture = &obs->rgbd;
-    picture->time = obs->time;
-    picture->camera = t->head.camera;
-    size_t n = count_pixels(&picture->camera);
-    const float* depth = is_end ? t->depth[view] : t->way_depth[view] + (size_t)k * n;
-    const unsigned char* color = is_end ? t->color[view] : t->way_color[view] + 3 * (size_t)k * n;
-    OmStatus status;
-    OM_ALLOC_DONE(picture->depth, n);
-    memcpy(picture->depth, depth, n * sizeof *picture->depth);
-    OM_TRY_DONE(om_picture_init(&picture->color, picture->camera.width, picture->camera.height, 3));
-    memcpy(picture->color.pixel, color, 3 * n);
-    if (seen < 1) status = cut_view(t, move, seen, keeps_far, picture);
-done:
+    const bool is_end = k >= t->nway;
+    const size_t at = is_end ? 0 : (size_t)k * count_pixels(&t->head.camera);
+    OM_TRY(om__hand_show(is_end ? t->head.time : t->way[k].time,
+                         is_end ? t->head.arm : t->way[k].arm, t->scene.world.narm, &t->head.camera,
+                         (is_end ? t->depth : t->way_depth)[view] + at,
+                         (is_end ? t->color : t->way_color)[view] + 3 * at, obs));
+    OmStatus status = seen < 1 ? cut_view(t, move, seen, keeps_far, &obs->rgbd) : OM_OK;
     if (status < 0) om_observation_done(obs);
     return status;
-}
-
-OmStatus om__match_observe(const MatchTruth* t, const MatchMove* move, MatchView view, double seen,
-                           bool keeps_far, OmObservation* obs) {
-    return om__match_observe_way(t, move, view, seen, keeps_far, t->nway, obs);
 }
 
 OmStatus om__match_scan_way(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
@@ -416,11 +378,8 @@ OmStatus om__match_scan_way(const MatchTruth* truth, const OmSite* twin, const M
                             OmScan* scan) {
     memset(scan, 0, sizeof *scan);
     OM_TRY(om__match_observe_way(truth, move, c->view, c->seen, c->keeps_far, k, obs));
-    OmScanDef def = om_scan_default_def(om_site_spacing(twin));
-    OmCloudDef space = om_cloud_default_def(NULL, twin);
-    if (spacing > 0) def.spacing = spacing;
-    for (int a = 0; a < obs->narm && c->view != VIEW_BARE; ++a) space.psm[a] = &truth->head.psm[a];
-    OmStatus status = om_scan_from_observation(&def, &space, obs, scan);
+    OmStatus status =
+        om__hand_scan(obs, twin, c->view == VIEW_BARE ? NULL : truth->head.psm, spacing, scan);
     if (status < 0) om_observation_done(obs);
     return status;
 }

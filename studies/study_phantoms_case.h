@@ -87,7 +87,6 @@ typedef struct PhantomHead {
     OmVec3 shift;      // m, from its true place to there
     OmPsm psm[OM_MAX_ARM];
     double end_force;  // N, at the level that was not kept because of the force limit; 0: none
-    double cpu_s;      // processor time of the simulation
     PhantomMoment at[1 + PHANTOM_NLEVEL];  // at rest, then at each level
 } PhantomHead;
 

@@ -132,10 +132,7 @@ static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double
     size_t n3 = 3 * (size_t)t->mesh.nvert;
     OmStatus status;
     OM_TRY_DONE(om__phantoms_observe(t, level, &obs));
-    const OmScanDef def = om_scan_default_def(om_site_spacing(&b->site));
-    OmCloudDef space = om_cloud_default_def(NULL, &b->site);
-    for (int a = 0; a < obs.narm; ++a) space.psm[a] = &t->head->psm[a];
-    OM_TRY_DONE(om_scan_from_observation(&def, &space, &obs, &v->scan));
+    OM_TRY_DONE(om__hand_scan(&obs, &b->site, t->head->psm, 0, &v->scan));
     size_t n = (size_t)v->scan.npoint + 1;  // a scan may have no point
     OM_ALLOC_DONE(point, 3 * n);
     OM_ALLOC_DONE(material, 3 * n);
@@ -160,21 +157,6 @@ done:
     om_free(point);
     om_free(material);
     return status;
-}
-
-static double share_facing(const PhantomTruth* t, int level) {
-    const double* x = t->x + 3 * (size_t)level * (size_t)t->mesh.nvert;
-    OmVec3 eye = om_sub(t->head->camera.pose_world_camera.p, t->head->shift);
-    double all = 0, facing = 0;
-    for (int k = 0; k < t->surface.ntri; ++k) {
-        const int* v = t->surface.tri_vert + 3 * (size_t)k;
-        OmVec3 a = om_load3(x, t->vert[v[0]]), p = om_load3(x, t->vert[v[1]]),
-               q = om_load3(x, t->vert[v[2]]);
-        OmVec3 normal = om_cross(om_sub(p, a), om_sub(q, a));
-        all += om_norm(normal);
-        if (om_dot(normal, om_sub(eye, a)) > 0) facing += om_norm(normal);
-    }
-    return facing / all;  // > 0: a phantom has an area
 }
 
 // Vertices of the twin in the jaw, and where they go.
@@ -217,7 +199,8 @@ static OmStatus make_view(Bench* b, int g, int level, const double* x_before, Vi
     out->grasp = g;
     out->level = level;
     out->npoint = v->scan.npoint;
-    out->seen = share_facing(t, level);
+    out->seen = om__hand_share_facing(&t->surface, t->vert, x,
+                                      om_sub(t->head->camera.pose_world_camera.p, t->head->shift));
     out->force = at->force;
     return OM_OK;
 }

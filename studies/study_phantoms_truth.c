@@ -8,17 +8,10 @@
 // A lift ends early where the pull exceeds FORCE_LIMIT; the level where it does is not kept.
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "studies/study_match_case.h"
 #include "studies/study_phantoms_case.h"
 
-#define SPEED 0.04  // m/s, of the lift
-#define FAST 0.1    // m/s, to the tissue
-#define ABOVE 0.02  // m
-#define MAX_WAY 1000
-#define JAW_TICKS 30
-#define JAW_OPEN 0.7   // rad
 #define WAIT 25        // ticks after each step
 #define FORCE_LIMIT 4  // N: thrice the weight of the heaviest phantom
 #define SHIFT 0.001    // m, of the camera
@@ -28,62 +21,26 @@ typedef struct Lift {
     const PhantomCase* c;
     int grasp;
     PhantomTruth* t;
-    OmWorld* world;
-    OmObservation obs;
-    double dt;
+    StudyHand hand;
 } Lift;
 
-static OmStatus tick(Lift* l, int n) {
-    for (int i = 0; i < n; ++i) OM_TRY(om_world_advance(l->world, l->dt));
-    return om_world_observe(l->world, 0, &l->obs);
-}
-
-static OmStatus go_to(Lift* l, OmVec3 p, double speed) {
-    int arm = l->t->head->arm;
-    OmPose goal = l->obs.arm[arm].tip;
-    goal.p = om_pose_apply(l->t->site.pose_world_task, p);
-    OM_TRY(om_world_move(l->world, arm, goal, speed));
-    for (int i = 0; i < MAX_WAY; ++i) {
-        OM_TRY(tick(l, 1));
-        if (!l->obs.arm[arm].is_moving) return OM_OK;
-    }
-    return om_error(OM_INVALID, "%s: the arm does not arrive", l->t->scene.name);
-}
-
-static OmStatus close_jaw(Lift* l) {
-    PhantomHead* h = l->t->head;
-    OmVec3 p = l->c->grasp[l->grasp];
-    OM_TRY(om_world_set_jaw(l->world, h->arm, JAW_OPEN));
-    OM_TRY(go_to(l, om_add(p, om_vec3(0, 0, ABOVE)), FAST));
-    OM_TRY(go_to(l, p, FAST));
-    OM_TRY(om_world_set_jaw(l->world, h->arm, 0));
-    OM_TRY(tick(l, JAW_TICKS));
-    OM_CHECK(om_arm_is_holding(&l->obs.arm[h->arm]), OM_INVALID, "%s: no tissue in the jaw",
-             l->t->scene.name);
-    h->grasp_tip = l->obs.arm[h->arm].tip;
-    return OM_OK;
-}
-
-static OmStatus pull_of(Lift* l, double* force) {
-    OmBodyForces f;
-    OM_TRY(om_body_get_forces(om_world_truth(l->world), &f));
-    *force = om_norm(f.pull[l->t->head->arm]);
-    return OM_OK;
+static OmVec3 to_world(const Lift* l, OmVec3 p) {
+    return om_pose_apply(l->t->site.pose_world_task, p);
 }
 
 static OmStatus keep(Lift* l, int level) {
     PhantomTruth* t = l->t;
     PhantomMoment* at = &t->head->at[level];
-    OmBody* body = om_world_truth(l->world);
-    OM_TRY(om_world_observe(l->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &l->obs));
+    OmBody* body = om_world_truth(l->hand.world);
+    OM_TRY(om_world_observe(l->hand.world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &l->hand.obs));
     size_t n = t->npixel, n3 = 3 * (size_t)t->mesh.nvert, k = (size_t)level;
-    memcpy(t->depth + k * n, l->obs.rgbd.depth, n * sizeof *t->depth);
-    memcpy(t->color + 3 * k * n, l->obs.rgbd.color.pixel, 3 * n);
+    memcpy(t->depth + k * n, l->hand.obs.rgbd.depth, n * sizeof *t->depth);
+    memcpy(t->color + 3 * k * n, l->hand.obs.rgbd.color.pixel, 3 * n);
     om_body_get_nodes(body, t->x + k * n3);
-    at->time = l->obs.rgbd.time;
-    memcpy(at->arm, l->obs.arm, sizeof at->arm);
+    at->time = l->hand.obs.rgbd.time;
+    memcpy(at->arm, l->hand.obs.arm, sizeof at->arm);
     at->nbad = om_body_nbad(body);
-    t->head->camera = l->obs.rgbd.camera;
+    t->head->camera = l->hand.obs.rgbd.camera;
     return OM_OK;
 }
 
@@ -92,11 +49,11 @@ static OmStatus lift_all(Lift* l) {
     const PhantomCase* c = l->c;
     for (int k = 1; k <= c->nlevel[l->grasp]; ++k) {
         OmVec3 p = om_madd(c->grasp[l->grasp], k * PHANTOM_STEP, c->lift[l->grasp]);
-        OM_TRY(go_to(l, p, SPEED));
-        OM_TRY(tick(l, WAIT));
+        OM_TRY(om__hand_go(&l->hand, to_world(l, p), HAND_SPEED));
+        OM_TRY(om__hand_wait(&l->hand, WAIT));
         double force;
-        OM_TRY(pull_of(l, &force));
-        bool is_held = om_arm_is_holding(&l->obs.arm[h->arm]);
+        OM_TRY(om__hand_force(&l->hand, &force));
+        bool is_held = om_arm_is_holding(&l->hand.obs.arm[h->arm]);
         if (force > FORCE_LIMIT || !is_held) {
             h->end_force = force;
             return OM_OK;
@@ -117,25 +74,29 @@ static void shift_camera(const PhantomCase* c, PhantomHead* h) {
 }
 
 static OmStatus simulate(const PhantomCase* c, int grasp, int nworker, PhantomTruth* t) {
-    Lift l = {.c = c, .grasp = grasp, .t = t, .dt = t->scene.task.time_step};
     PhantomHead* h = t->head;
-    clock_t begin = clock();
-    h->arm = c->grasp[grasp].y > 0;
-    OmStatus status = om_world_create_simulated(&t->scene, &t->site, nworker, &l.world);
+    const OmVec3 p = c->grasp[grasp];
+    h->arm = p.y > 0;
+    Lift l = {.c = c,
+              .grasp = grasp,
+              .t = t,
+              .hand = {.name = t->scene.name, .dt = t->scene.task.time_step, .arm = h->arm}};
+    OmStatus status = om_world_create_simulated(&t->scene, &t->site, nworker, &l.hand.world);
     if (status < 0) goto done;
-    status = om_world_reset(l.world);  // tissue that is not yet quite at rest may settle on
+    status = om_world_reset(l.hand.world);  // tissue that is not yet quite at rest may settle on
     if (status < 0) goto done;
-    OM_TRY_DONE(tick(&l, WAIT));
+    OM_TRY_DONE(om__hand_wait(&l.hand, WAIT));
     OM_TRY_DONE(keep(&l, 0));
-    OM_TRY_DONE(close_jaw(&l));
+    OM_TRY_DONE(om__hand_grasp(&l.hand, to_world(&l, om_add(p, om_vec3(0, 0, HAND_ABOVE))),
+                               to_world(&l, p)));
+    h->grasp_tip = l.hand.obs.arm[h->arm].tip;
     OM_TRY_DONE(lift_all(&l));
     shift_camera(c, h);
     for (int a = 0; a < OM_MAX_ARM; ++a)
-        if (om_world_psm(l.world, a)) h->psm[a] = *om_world_psm(l.world, a);
-    h->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+        if (om_world_psm(l.hand.world, a)) h->psm[a] = *om_world_psm(l.hand.world, a);
 done:
-    om_observation_done(&l.obs);
-    om_world_destroy(l.world);
+    om_observation_done(&l.hand.obs);
+    om_world_destroy(l.hand.world);
     return status;
 }
 
@@ -169,7 +130,7 @@ static uint64_t hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t
     const OmScene* s = &t->scene;
     const OmTetMesh* m = &t->site.mesh;
     const OmMeshSet* held = om_tet_mesh_find_set(m, "attachment");
-    const double number[] = {grasp, c->nlevel[grasp], SPEED,        FAST,    WAIT, FORCE_LIMIT,
+    const double number[] = {grasp, c->nlevel[grasp], HAND_SPEED,   HAND_FAST, WAIT, FORCE_LIMIT,
                              SHIFT, c->capsule.x,     c->capsule.y, c->reach};
     const double scene[] = {s->seed,
                             s->tissue.law,
@@ -244,18 +205,7 @@ OmStatus om__phantoms_truth_save(const PhantomTruth* t, const char* dir) {
 
 OmStatus om__phantoms_observe(const PhantomTruth* t, int level, OmObservation* obs) {
     const PhantomMoment* at = &t->head->at[level];
-    *obs = (OmObservation){.time = at->time, .narm = t->scene.world.narm};
-    memcpy(obs->arm, at->arm, sizeof obs->arm);
-    OmDepthPicture* p = &obs->rgbd;
-    p->time = at->time;
-    p->camera = t->head->camera;
-    size_t n = t->npixel, k = (size_t)level;
-    OmStatus status;
-    OM_ALLOC_DONE(p->depth, n);
-    memcpy(p->depth, t->depth + k * n, n * sizeof *p->depth);
-    OM_TRY_DONE(om_picture_init(&p->color, p->camera.width, p->camera.height, 3));
-    memcpy(p->color.pixel, t->color + 3 * k * n, 3 * n);
-done:
-    if (status < 0) om_observation_done(obs);
-    return status;
+    const size_t first = (size_t)level * t->npixel;
+    return om__hand_show(at->time, at->arm, t->scene.world.narm, &t->head->camera, t->depth + first,
+                         t->color + 3 * first, obs);
 }

@@ -18,13 +18,7 @@
 #define NDRAW 64         // of places of a grasp
 #define LOWEST 0.016     // m, the first lift
 #define HIGHEST 0.044    // m, the last one
-#define SPEED 0.04       // m/s, of a lift
-#define FAST 0.1         // m/s, to the tissue
-#define ABOVE 0.02       // m
 #define WAIT 40          // ticks before a picture
-#define MAX_WAY 1000     // ticks to a goal
-#define JAW_TICKS 30
-#define JAW_OPEN 0.7     // rad
 #define NO_DATA 65.535f  // m, of 65535 as millimetres
 
 const char* const om__trust_error_name[TRUST_NERROR] = {
@@ -111,73 +105,54 @@ static OmStatus make_room(TrustTruth* t) {
 
 typedef struct Run {
     TrustTruth* t;
-    OmWorld* world;
-    OmObservation obs;
-    double dt;
+    StudyHand hand;
 } Run;
 
-static OmStatus tick(Run* r, int n) {
-    for (int i = 0; i < n; ++i) OM_TRY(om_world_advance(r->world, r->dt));
-    return om_world_observe(r->world, 0, &r->obs);
-}
-
-static OmStatus go_to(Run* r, OmVec3 p_task, double speed) {
-    int arm = r->t->arm;
-    OmPose goal = r->obs.arm[arm].tip;
-    goal.p = om_pose_apply(r->t->twin.pose_world_task, p_task);
-    OM_TRY(om_world_move(r->world, arm, goal, speed));
-    for (int i = 0; i < MAX_WAY; ++i) {
-        OM_TRY(tick(r, 1));
-        if (!r->obs.arm[arm].is_moving) return OM_OK;
-    }
-    return om_error(OM_INVALID, "the arm does not arrive");
+static OmVec3 to_world(const Run* r, OmVec3 p) {
+    return om_pose_apply(r->t->twin.pose_world_task, p);
 }
 
 static OmStatus take(Run* r, TrustShot* shot) {
-    OM_TRY(om_world_observe(r->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->obs));
+    OM_TRY(om_world_observe(r->hand.world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &r->hand.obs));
     size_t n = count_pixels(&r->t->scene);
-    shot->time = r->obs.rgbd.time;
-    memcpy(shot->arm, r->obs.arm, sizeof shot->arm);
-    memcpy(shot->depth, r->obs.rgbd.depth, n * sizeof *shot->depth);
-    memcpy(shot->color, r->obs.rgbd.color.pixel, 3 * n);
-    r->t->camera = r->obs.rgbd.camera;
+    shot->time = r->hand.obs.rgbd.time;
+    memcpy(shot->arm, r->hand.obs.arm, sizeof shot->arm);
+    memcpy(shot->depth, r->hand.obs.rgbd.depth, n * sizeof *shot->depth);
+    memcpy(shot->color, r->hand.obs.rgbd.color.pixel, 3 * n);
+    r->t->camera = r->hand.obs.rgbd.camera;
     return OM_OK;
 }
 
 static OmStatus lift(Run* r, OmVec3 p) {
     TrustTruth* t = r->t;
-    int arm = t->arm;
+    StudyHand* h = &r->hand;
     OM_TRY(take(r, &t->rest));
-    OM_TRY(om_world_set_jaw(r->world, arm, JAW_OPEN));
-    OM_TRY(go_to(r, om_add(p, om_vec3(0, 0, ABOVE)), FAST));
-    OM_TRY(go_to(r, p, FAST));
-    OM_TRY(om_world_set_jaw(r->world, arm, 0));
-    OM_TRY(tick(r, JAW_TICKS));
-    t->grasp = r->obs.arm[arm].tip;
-    for (int k = 0; k < TRUST_NLIFT && om_arm_is_holding(&r->obs.arm[arm]); ++k) {
+    OM_TRY(om__hand_close(h, to_world(r, om_add(p, om_vec3(0, 0, HAND_ABOVE))), to_world(r, p)));
+    t->grasp = h->obs.arm[h->arm].tip;
+    for (int k = 0; k < TRUST_NLIFT && om_arm_is_holding(&h->obs.arm[h->arm]); ++k) {
         t->height[k] = LOWEST + (HIGHEST - LOWEST) * k / (TRUST_NLIFT - 1);
-        OM_TRY(go_to(r, om_add(p, om_vec3(0, 0, t->height[k])), SPEED));
-        OM_TRY(tick(r, WAIT));
-        if (om_arm_is_holding(&r->obs.arm[arm])) OM_TRY(take(r, &t->lift[t->nlift++]));
+        OM_TRY(om__hand_go(h, to_world(r, om_add(p, om_vec3(0, 0, t->height[k]))), HAND_SPEED));
+        OM_TRY(om__hand_wait(h, WAIT));
+        if (om_arm_is_holding(&h->obs.arm[h->arm])) OM_TRY(take(r, &t->lift[t->nlift++]));
     }
     return OM_OK;
 }
 
 static OmStatus simulate(TrustTruth* t, OmVec3 p, int nworker) {
-    Run r = {.t = t, .dt = t->scene.task.time_step};
+    Run r = {.t = t, .hand = {.name = t->scene.name, .dt = t->scene.task.time_step, .arm = t->arm}};
     OmScene scene = t->scene;
     OmSite site = {0};
     OmStatus status;
     OM_TRY_DONE(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));
-    OM_TRY_DONE(om_world_create_simulated(&scene, &site, nworker, &r.world));
-    OM_TRY_DONE(om_world_reset(r.world));
-    OM_TRY_DONE(om_world_observe(r.world, 0, &r.obs));
+    OM_TRY_DONE(om_world_create_simulated(&scene, &site, nworker, &r.hand.world));
+    OM_TRY_DONE(om_world_reset(r.hand.world));
+    OM_TRY_DONE(om_world_observe(r.hand.world, 0, &r.hand.obs));
     for (int a = 0; a < OM_MAX_ARM; ++a)
-        if (om_world_psm(r.world, a)) t->psm[a] = *om_world_psm(r.world, a);
+        if (om_world_psm(r.hand.world, a)) t->psm[a] = *om_world_psm(r.hand.world, a);
     status = lift(&r, p);
 done:
-    om_observation_done(&r.obs);
-    om_world_destroy(r.world);
+    om_observation_done(&r.hand.obs);
+    om_world_destroy(r.hand.world);
     om_site_done(&site);
     return status;
 }
@@ -346,16 +321,9 @@ static void mirror_color(const TrustCase* c, OmPicture* color) {
 // The scan of a picture, as a robot gets it.
 static OmStatus make_scan(const TrustTruth* t, const TrustShot* shot, const TrustCase* c,
                           OmScan* scan) {
-    OmObservation obs = {.time = shot->time, .narm = t->scene.world.narm};
-    OmStatus status;
-    size_t n = count_pixels(&t->scene);
-    memcpy(obs.arm, shot->arm, sizeof obs.arm);
-    OM_ALLOC_DONE(obs.rgbd.depth, n);
-    memcpy(obs.rgbd.depth, shot->depth, n * sizeof *obs.rgbd.depth);
-    obs.rgbd.time = shot->time;
-    obs.rgbd.camera = t->camera;
-    OM_TRY_DONE(om_picture_init(&obs.rgbd.color, t->camera.width, t->camera.height, 3));
-    memcpy(obs.rgbd.color.pixel, shot->color, 3 * n);
+    OmObservation obs;
+    OM_TRY(om__hand_show(shot->time, shot->arm, t->scene.world.narm, &t->camera, shot->depth,
+                         shot->color, &obs));
     spoil_depth(t, c, obs.rgbd.depth);
     obs.rgbd.camera.pose_world_camera = wrong_pose(t, c);
     if (c->error == TRUST_FOCAL) {
@@ -364,11 +332,7 @@ static OmStatus make_scan(const TrustTruth* t, const TrustShot* shot, const Trus
         obs.rgbd.camera.lens.fy *= c->size;
     }
     if (c->error == TRUST_MIRRORED) mirror_color(c, &obs.rgbd.color);
-    const OmScanDef def = om_scan_default_def(om_site_spacing(&t->twin));
-    OmCloudDef space = om_cloud_default_def(NULL, &t->twin);
-    for (int a = 0; a < obs.narm; ++a) space.psm[a] = &t->psm[a];
-    status = om_scan_from_observation(&def, &space, &obs, scan);
-done:
+    OmStatus status = om__hand_scan(&obs, &t->twin, t->psm, 0, scan);
     om_observation_done(&obs);
     return status;
 }

@@ -96,10 +96,14 @@ static int count_part(const OmObservation* obs, OmSensePart part, bool needs_dep
 static void test_views(void** unused) {
     (void)unused;
     OmObservation full, near, far, bare;
-    assert_ok(om__match_observe(&truth, &setup->move, VIEW_FULL, 1, false, &full));
-    assert_ok(om__match_observe(&truth, &setup->move, VIEW_FULL, 0.4, false, &near));
-    assert_ok(om__match_observe(&truth, &setup->move, VIEW_FULL, 0.4, true, &far));
-    assert_ok(om__match_observe(&truth, &setup->move, VIEW_BARE, 1, false, &bare));
+    assert_ok(
+        om__match_observe_way(&truth, &setup->move, VIEW_FULL, 1, false, MATCH_MAX_WAY, &full));
+    assert_ok(
+        om__match_observe_way(&truth, &setup->move, VIEW_FULL, 0.4, false, MATCH_MAX_WAY, &near));
+    assert_ok(
+        om__match_observe_way(&truth, &setup->move, VIEW_FULL, 0.4, true, MATCH_MAX_WAY, &far));
+    assert_ok(
+        om__match_observe_way(&truth, &setup->move, VIEW_BARE, 1, false, MATCH_MAX_WAY, &bare));
     int all = count_part(&full, OM_PART_TISSUE, true),
         kept = count_part(&near, OM_PART_TISSUE, true);
     assert_near(kept / (double)all, 0.4, 0.01);
@@ -147,8 +151,8 @@ static void test_cut(void** unused) {
         bool is_new;
         assert_ok(om__match_truth_get(s, dir, 1, &is_new, &t));
         assert_true(s->move.grasp[0].x > 0.04);
-        assert_ok(om__match_observe(&t, &s->move, VIEW_FULL, 0.3, false, &near));
-        assert_ok(om__match_observe(&t, &s->move, VIEW_FULL, 0.3, true, &far));
+        assert_ok(om__match_observe_way(&t, &s->move, VIEW_FULL, 0.3, false, MATCH_MAX_WAY, &near));
+        assert_ok(om__match_observe_way(&t, &s->move, VIEW_FULL, 0.3, true, MATCH_MAX_WAY, &far));
         assert_true(mean_x(&near) > mean_x(&far) + 0.02);
         om_observation_done(&near);
         om_observation_done(&far);
