@@ -20,7 +20,6 @@
 #include <time.h>
 
 #include "studies/study_attach_protocol.h"
-#include "studies/study_internal.h"
 
 #define SOFT 1e-8
 #define MAX_NEWTON 8
@@ -346,27 +345,4 @@ void om__attach_areas(const OmSurface* s, double* area) {
         OmVec3 b = om_sub(om_load3(s->x, v[1]), a), c = om_sub(om_load3(s->x, v[2]), a);
         for (int k = 0; k < 3; ++k) area[v[k]] += om_norm(om_cross(b, c)) / 6;
     }
-}
-
-OmStudyQuartiles om__attach_quartiles(double* value, int n) {
-    StudySample v = om__study_sample(value, n);
-    return (OmStudyQuartiles){n, v.lower, v.median, v.upper};
-}
-
-void om__attach_write_quartiles(char* text, size_t size, double scale, const char* format,
-                                OmStudyQuartiles q) {
-    char a[24], b[24], c[24];
-    if (q.n == 0) {
-        snprintf(text, size, "-");
-        return;
-    }
-    snprintf(a, sizeof a, format, scale * q.median);
-    snprintf(b, sizeof b, format, scale * q.lower);
-    snprintf(c, sizeof c, format, scale * q.upper);
-    snprintf(text, size, "%s (%s-%s)", a, b, c);
-}
-
-void om__attach_put_quartiles(OmJson* json, const char* key, double scale, OmStudyQuartiles q) {
-    double v[3] = {scale * q.lower, scale * q.median, scale * q.upper};
-    om_json_numbers(json, key, v, 3);
 }

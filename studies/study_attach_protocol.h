@@ -80,12 +80,4 @@ void om__attach_error(int n, const double* x, const double* truth, double* ave, 
 // A third of the area of the triangles around each vertex, m^2.
 void om__attach_areas(const OmSurface* surface, double* area);
 
-// Sorts `value`.
-OmStudyQuartiles om__attach_quartiles(double* value, int n);
-// "median (lower-upper)" of scaled values; "-" if n is 0.
-void om__attach_write_quartiles(char* text, size_t size, double scale, const char* format,
-                                OmStudyQuartiles q);
-// [lower, median, upper], scaled.
-void om__attach_put_quartiles(OmJson* json, const char* key, double scale, OmStudyQuartiles q);
-
 #endif

@@ -36,14 +36,8 @@ OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyAttachmentsDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "attachments study: a definition not made by om_study_attachments_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "attachments study: no folder");
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "attachments study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
-    OM_CHECK(d->set >= 1 && d->set <= MATCH_NSET, OM_INVALID,
-             "attachments study: set is %d: 1 to %d", d->set, MATCH_NSET);
-    return OM_OK;
+    const StudyRange range[] = {{"set", d->set, 1, MATCH_NSET}};
+    return STUDY_CHECK("attachments study", d, COOKIE, range);
 }
 
 // ---- one layout -----------------------------------------------------------------------------------
@@ -247,16 +241,14 @@ static OmStatus run_update(Layout* l, int k) {
     clock_t begin = clock();
     OmStatus status = om_match_update(l->match, v.n, l->acquisition + v.first, NULL, &estimate);
     u->ms = om__processor_ms(begin);
-    u->is_there = status != OM_UNAVAILABLE;
     if (status >= 0) status = take_estimate(l, &estimate, v, u);
     om_match_estimate_done(&estimate);
-    return status < 0 && u->is_there ? status : OM_OK;
+    return status;
 }
 
 // The network's own attachments, without physics; probability: of the mesh's vertices.
 static OmStatus take_network(Layout* l, const double* probability, int nused, Views v,
                              AttUpdate* u) {
-    u->is_there = 1;
     u->is_accepted = nused > 0;
     u->nlost = v.n - nused;
     if (nused == 0) snprintf(u->reason, sizeof u->reason, "no correspondence");
@@ -279,7 +271,6 @@ static OmStatus cross(Layout* l, const OmBanetAdvice* advice) {
     OM_ALLOC(attached, advice->nvert);
     OmStatus status = om_banet_advice_intersect(advice, l->threshold, attached);
     AttUpdate* u = &l->r->crossing;
-    u->is_there = 1;
     u->is_accepted = advice->nused > 0;
     u->nlost = MATCH_NGRASP - advice->nused;
     if (!u->is_accepted) snprintf(u->reason, sizeof u->reason, "no correspondence");
@@ -304,7 +295,6 @@ static OmStatus run_joint(Layout* l, int k) {
     OM_TRY_DONE(
         om_banet_update(l->updater, v.n, l->acquisition + v.first, NULL, &estimate, &advice));
     u->ms = om__processor_ms(begin);
-    u->is_there = 1;
     OM_TRY_DONE(take_estimate(l, &estimate, v, u));
     OM_TRY_DONE(take_network(l, advice.probability, advice.nused, alone, &l->r->network[k]));
     // All but the second estimate of physics: its share of the wall clock, of the processor time.
@@ -357,12 +347,12 @@ done:
 
 // ---- all layouts ------------------------------------------------------------------------------------
 
-bool om__att_is_three(OmStudyGuess guess) {
+static bool is_of_three(OmStudyGuess guess) {
     return guess == OM_STUDY_STILL_THREE || guess == OM_STUDY_THREE || guess == OM_STUDY_FUSION ||
            guess == OM_STUDY_CROSSING || guess == OM_STUDY_JOINT_THREE;
 }
 
-const AttUpdate* om__att_update(const AttResult* r, OmStudyGuess guess, int g) {
+static const AttUpdate* update_of(const AttResult* r, OmStudyGuess guess, int g) {
     switch (guess) {
     case OM_STUDY_SINGLE: return &r->update[g];
     case OM_STUDY_THREE: return &r->update[MATCH_NGRASP];
@@ -381,9 +371,8 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
     int nscore = 0, nmove = 0;
     unsigned char every[ATT_MAX_NODE], none[ATT_MAX_NODE] = {0};
     memset(every, 1, sizeof every);
-    const AttUpdate* first = om__att_update(&s->result[0], guess, 0);
-    bool is_update = first != NULL, is_three = om__att_is_three(guess);
-    out->is_there = !is_update || first->is_there;
+    const bool is_update = guess >= OM_STUDY_SINGLE, is_three = is_of_three(guess);
+    out->is_there = guess < OM_STUDY_NETWORK || s->net;
     if (!out->is_there) return;
     for (int i = 0; i < s->nlayout; ++i) {
         const AttResult* r = &s->result[i];
@@ -393,7 +382,7 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
             if (is_three && g > 0) continue;
             ms[nscore] = 0;
             if (is_update) {
-                const AttUpdate* u = om__att_update(r, guess, g);
+                const AttUpdate* u = update_of(r, guess, g);
                 dsc[nscore] = u->dsc;
                 tpr[nscore] = u->tpr;
                 ms[nscore] = u->ms;
@@ -408,11 +397,11 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
             ++nscore;
         }
     }
-    out->dsc = om__attach_quartiles(dsc, nscore);
-    out->tpr = om__attach_quartiles(tpr, nscore);
-    out->ave = om__attach_quartiles(ave, nmove);
-    out->mve = om__attach_quartiles(mve, nmove);
-    out->ms = om__attach_quartiles(ms, nscore).median;
+    out->dsc = om__study_sample(dsc, nscore);
+    out->tpr = om__study_sample(tpr, nscore);
+    out->ave = om__study_sample(ave, nmove);
+    out->mve = om__study_sample(mve, nmove);
+    out->ms = om__study_sample(ms, nscore).median;
 }
 
 static int bin_of(double value) {

@@ -14,7 +14,6 @@
 #define ATT_METHOD 5
 
 typedef struct AttUpdate {
-    int is_there;  // this build has updates, and the network if it needs one
     int is_accepted;
     int nlost;  // views without correspondence
     char reason[256];
@@ -56,9 +55,6 @@ typedef struct Att {
 
 extern const char* const om__study_guess_name[OM_STUDY_NGUESS];   // for files
 extern const char* const om__study_guess_title[OM_STUDY_NGUESS];  // for people
-// The update of a guess from view g or from all views; null: a guess without an update.
-const AttUpdate* om__att_update(const AttResult* r, OmStudyGuess guess, int g);
-bool om__att_is_three(OmStudyGuess guess);  // from all views
 OmStatus om__att_write(const Att* s);
 
 #endif

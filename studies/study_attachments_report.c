@@ -10,11 +10,6 @@
 static void add_outcome(const Att* s, OmReport* report) {
     const OmStudyGuessResult *one = &s->sum.by[OM_STUDY_SINGLE],
                              *three = &s->sum.by[OM_STUDY_THREE];
-    if (!one->is_there) {
-        om_report_verdict(report, "Left out, because this build does not have it: om_match_update.",
-                          false);
-        return;
-    }
     om__report_judge(
         report, s->sum.is_met,
         "Median DSC %.2f and TPR %.0f %% over single views (goal %g and %.0f %%), %.2f and %.0f %% over "
@@ -70,7 +65,6 @@ static void add_table(const Att* s, OmReport* report) {
 }
 
 static void add_layouts(const Att* s, OmReport* report) {
-    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return;
     StudyTable table = om__table("layout|held, %|view|DSC|TPR, %|AVE, mm|AVE Same, mm|ms|refused");
     for (int row = 0; row < s->nlayout * ATT_NUPDATE; ++row) {
         const AttResult* r = &s->result[row / ATT_NUPDATE];
@@ -114,7 +108,6 @@ static void add_map(const Att* s, int layout, OmReport* report) {
 }
 
 static void add_maps(const Att* s, OmReport* report) {
-    if (!s->sum.by[OM_STUDY_SINGLE].is_there) return;
     om_report_heading(report, "Attachments found");
     om_report_paragraph(
         report,
@@ -125,7 +118,6 @@ static void add_maps(const Att* s, OmReport* report) {
 
 static void add_calibration(const Att* s, OmReport* report) {
     const OmStudyAttachmentsSummary* sum = &s->sum;
-    if (!sum->by[OM_STUDY_SINGLE].is_there) return;
     double x[OM_STUDY_NBIN], share[OM_STUDY_NBIN], wrong[OM_STUDY_NBIN];
     const double diagonal[2] = {0, 1};
     for (int b = 0; b < OM_STUDY_NBIN; ++b) {
@@ -198,10 +190,10 @@ static void put_guesses(OmJson* json, const Att* s) {
         if (!r->is_there) continue;
         om_json_open(json, om__study_guess_name[guess], '{');
         om_json_integer(json, "n", r->dsc.n);
-        om__attach_put_quartiles(json, "dsc", 1, r->dsc);
-        om__attach_put_quartiles(json, "tpr", 1, r->tpr);
-        om__attach_put_quartiles(json, "ave_mm", 1e3, r->ave);
-        om__attach_put_quartiles(json, "mve_mm", 1e3, r->mve);
+        om__put_quartiles(json, "dsc", 1, r->dsc);
+        om__put_quartiles(json, "tpr", 1, r->tpr);
+        om__put_quartiles(json, "ave_mm", 1e3, r->ave);
+        om__put_quartiles(json, "mve_mm", 1e3, r->mve);
         om__put(json, "refused %d|lost_views %d|processor_ms %f", r->nrefused, r->nlost, r->ms);
         om_json_close(json, '}');
     }
@@ -228,7 +220,7 @@ static void put_update(OmJson* json, const AttUpdate* u) {
 
 static void put_updates(OmJson* json, const char* key, const AttUpdate* update) {
     om_json_open(json, key, '[');
-    for (int k = 0; k < ATT_NUPDATE && update[k].is_there; ++k) put_update(json, &update[k]);
+    for (int k = 0; k < ATT_NUPDATE; ++k) put_update(json, &update[k]);
     om_json_close(json, ']');
 }
 
@@ -269,7 +261,7 @@ static OmStatus write_csv(const Att* s) {
     om__lines_add(&t, "layout,views,x_mm,y_mm,true,attached,probability,uncertainty\n");
     for (int i = 0; i < s->nlayout; ++i) {
         const AttResult* r = &s->result[i];
-        for (int k = 0; k < ATT_NUPDATE && r->update[k].is_there; ++k) {
+        for (int k = 0; k < ATT_NUPDATE; ++k) {
             const AttUpdate* u = &r->update[k];
             for (int v = 0; v < r->nnode; ++v)
                 om__lines_add(&t, "%d,%s,%.1f,%.1f,%d,%d,%.6f,%.6f\n", i + 1, name[k],

@@ -16,6 +16,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
@@ -55,26 +56,15 @@ OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyCalibrationDef* def) {
-    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "calibration study: a definition not made by om_study_calibration_default_def");
-    OM_CHECK(def->out_dir, OM_INVALID, "calibration study: no folder");
-    OM_CHECK(def->nlesion >= 2 && def->nlesion <= 20, OM_INVALID,
-             "calibration study: nlesion = %d; 2 to 20 are possible", def->nlesion);
-    OM_CHECK(def->tuned >= 0 && def->tuned < def->nlesion, OM_INVALID,
-             "calibration study: tuned = %d; there are %d lesions, from 0", def->tuned,
-             def->nlesion);
-    OM_CHECK(def->nacquisition >= 1 && def->nacquisition <= 100, OM_INVALID,
-             "calibration study: nacquisition = %d; 1 to 100 are possible", def->nacquisition);
-    OM_CHECK(def->spacing >= 0.002 && def->spacing <= 0.02, OM_INVALID,
-             "calibration study: spacing = %g m; 0.002 to 0.02 are possible", def->spacing);
-    OM_CHECK(def->population >= 5, OM_INVALID, "calibration study: population = %d; 5 or more",
-             def->population);
-    OM_CHECK(def->max_generations >= 1 && def->max_local >= 1, OM_INVALID,
-             "calibration study: max_generations = %d, max_local = %d; 1 or more",
-             def->max_generations, def->max_local);
-    OM_CHECK(def->settle >= 0 && def->settle <= 10, OM_INVALID,
-             "calibration study: settle = %g s; 0 to 10 are possible", def->settle);
-    return OM_OK;
+    const StudyRange range[] = {{"nlesion", def->nlesion, 2, 20},
+                                {"tuned", def->tuned, 0, def->nlesion - 1},
+                                {"nacquisition", def->nacquisition, 1, 100},
+                                {"spacing", def->spacing, 0.002, 0.02},
+                                {"population", def->population, 5, 1e6},
+                                {"max_generations", def->max_generations, 1, 1e6},
+                                {"max_local", def->max_local, 1, 1e6},
+                                {"settle", def->settle, 0, 10}};
+    return STUDY_CHECK("calibration study", def, COOKIE, range);
 }
 
 // ---- searches -------------------------------------------------------------------------------------

@@ -12,6 +12,18 @@
 #define MAX_FILE ((size_t)256 << 20)
 #define MARK 0x4d41544348303033ull  // of a file, with its version
 
+OmStatus om__study_check(const char* study, const char* out_dir, int nworker,
+                         const StudyRange* range, int nrange) {
+    OM_CHECK(out_dir, OM_INVALID, "%s: no folder, or a definition not made by default_def", study);
+    OM_CHECK(nworker >= 0 && nworker <= OM_MAX_WORKER, OM_INVALID, "%s: nworker is %d: 0 to %d",
+             study, nworker, OM_MAX_WORKER);
+    for (int i = 0; i < nrange; ++i)
+        OM_CHECK(range[i].value >= range[i].least && range[i].value <= range[i].most, OM_INVALID,
+                 "%s: %s is %g: %g to %g", study, range[i].name, range[i].value, range[i].least,
+                 range[i].most);
+    return OM_OK;
+}
+
 typedef struct FileHead {
     uint64_t mark, setup, hash;  // hash of the parts
 } FileHead;

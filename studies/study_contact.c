@@ -7,11 +7,13 @@
 //
 // Each file is written atomically and contains a hash of everything it depends on. A file with the right
 // hash is not computed again: a killed study continues with the run that was interrupted.
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "omentum/shape_file.h"
 #include "omentum/tissue.h"
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
@@ -52,19 +54,18 @@ OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const ch
 
 // ---- the definition -------------------------------------------------------------------------------
 
-static OmStatus check_positive(const char* field, double value) {
-    OM_CHECK(value > 0 && isfinite(value), OM_INVALID, "contact study: %s = %g; above 0 is wanted",
-             field, value);
-    return OM_OK;
-}
-
 static OmStatus validate(const OmStudyContactDef* def) {
-    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "contact study: a definition not made by om_study_contact_default_def");
-    OM_CHECK(def->body && def->out_dir, OM_INVALID, "contact study: no body or no folder");
-    OM_CHECK(def->nresolution >= 1 && def->nresolution <= OM_STUDY_MAX_RESOLUTION, OM_INVALID,
-             "contact study: %d resolutions; 1 to %d are possible", def->nresolution,
-             OM_STUDY_MAX_RESOLUTION);
+    OM_CHECK(def->body, OM_INVALID, "contact study: no body");
+    const StudyRange range[] = {{"nresolution", def->nresolution, 1, OM_STUDY_MAX_RESOLUTION},
+                                {"nlesion", def->nlesion, 0, def->body->nlesion},
+                                {"contact_ntri", def->contact_ntri, 100, 200000},
+                                {"truth_ntet", def->truth_ntet, 800, 2000000},
+                                {"speed", def->speed, DBL_MIN, 1},
+                                {"time_step", def->time_step, DBL_MIN, 1},
+                                {"tolerance", def->tolerance, DBL_MIN, 1},
+                                {"max_penetration", def->max_penetration, DBL_MIN, 1},
+                                {"lesion_ratio", def->lesion_ratio, DBL_MIN, 1e6}};
+    OM_TRY(STUDY_CHECK("contact study", def, COOKIE, range));
     for (int i = 0; i < def->nresolution; ++i)
         OM_CHECK(def->resolution[i] >= 100 &&
                      (i == 0 || def->resolution[i] > def->resolution[i - 1]),
@@ -73,17 +74,6 @@ static OmStatus validate(const OmStudyContactDef* def) {
     for (int i = 0; i < OM_STUDY_NDEPTH; ++i)
         OM_CHECK(def->depth[i] > 0 && (i == 0 || def->depth[i] > def->depth[i - 1]), OM_INVALID,
                  "contact study: depth[%d] = %g m; ascending numbers above 0", i, def->depth[i]);
-    OM_CHECK(def->nlesion >= 0 && def->nlesion <= def->body->nlesion, OM_INVALID,
-             "contact study: nlesion = %d; the body has %d", def->nlesion, def->body->nlesion);
-    OM_CHECK(def->contact_ntri >= 100 && def->contact_ntri <= 200000, OM_INVALID,
-             "contact study: contact_ntri = %d; 100 to 200000 are possible", def->contact_ntri);
-    OM_CHECK(def->truth_ntet >= 800 && def->truth_ntet <= 2000000, OM_INVALID,
-             "contact study: truth_ntet = %d; 800 to 2000000 are possible", def->truth_ntet);
-    OM_TRY(check_positive("speed", def->speed));
-    OM_TRY(check_positive("time_step", def->time_step));
-    OM_TRY(check_positive("tolerance", def->tolerance));
-    OM_TRY(check_positive("max_penetration", def->max_penetration));
-    OM_TRY(check_positive("lesion_ratio", def->lesion_ratio));
     OM_CHECK(om__study_nstep(def, -1) <= OM_STUDY_MAX_STEP, OM_INVALID,
              "contact study: %d steps to the last depth; the limit is %d", om__study_nstep(def, -1),
              OM_STUDY_MAX_STEP);

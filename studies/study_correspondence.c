@@ -22,14 +22,8 @@ OmStudyCorrespondenceDef om_study_correspondence_default_def(const char* out_dir
 }
 
 static OmStatus validate(const OmStudyCorrespondenceDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "correspondence study: a definition not made by om_study_correspondence_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "correspondence study: no folder");
-    OM_CHECK(d->spacing >= 0.002 && d->spacing <= 0.02, OM_INVALID,
-             "correspondence study: spacing is %g m: 0.002 to 0.02", d->spacing);
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "correspondence study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
-    return OM_OK;
+    const StudyRange range[] = {{"spacing", d->spacing, 0.002, 0.02}};
+    return STUDY_CHECK("correspondence study", d, COOKIE, range);
 }
 
 // ---- one case -------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 #include "omentum/tissue.h"
 #include "studies/study.h"
 #include "studies/study_methods.h"
+#include "studies/study_stats.h"
 
 struct OmStudyBody {
     char name[64];
@@ -162,11 +163,6 @@ typedef struct Study {
     OmSurface surface;  // contact surface
 } Study;
 
-typedef struct StudySample {  // statistics of a set of values; all 0 if n is 0
-    int n;
-    double mean, sd, min, lower, median, upper, max;
-} StudySample;
-
 typedef struct StudyCell {  // a method on a mesh
     int ntet;
     int nrun;               // number of runs
@@ -193,8 +189,6 @@ void om__study_close(Study* s);
 const StudyRun* om__study_run_at(const Study* s, int resolution, int method, int lesion);
 // Distance from the model's lesion to the measured one, m; negative if the run did not reach this depth.
 double om__study_error(const Study* s, const StudyRun* run, int depth);
-// Sorts `value`.
-StudySample om__study_sample(double* value, int n);
 OmStatus om__study_score(const Study* s, StudyScore* score);
 OmStatus om__study_write_files(const Study* s, const StudyScore* score);
 // "measured": the contour point of each lesion as the tracking measures it, at each depth that the truth reached and

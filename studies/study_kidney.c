@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "omentum/banet_net.h"
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_kidney_case.h"
 
@@ -14,17 +15,12 @@ OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* vo
 }
 
 static OmStatus validate(const OmStudyKidneyDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "kidney study: a definition not made by om_study_kidney_default_def");
-    OM_CHECK(d->out_dir && d->volume, OM_INVALID, "kidney study: no folder, or no volume");
-    OM_CHECK(d->nsample >= 0 && d->nsample <= OM_STUDY_KIDNEY_MAX_SAMPLE, OM_INVALID,
-             "kidney study: nsample is %d: 0 to %d", d->nsample, OM_STUDY_KIDNEY_MAX_SAMPLE);
-    OM_CHECK(d->nrun >= 0 && d->nrun <= OM_STUDY_KIDNEY_MAX_RUN, OM_INVALID,
-             "kidney study: nrun is %d: 0 to %d", d->nrun, OM_STUDY_KIDNEY_MAX_RUN);
+    const StudyRange range[] = {{"nsample", d->nsample, 0, OM_STUDY_KIDNEY_MAX_SAMPLE},
+                                {"nrun", d->nrun, 0, OM_STUDY_KIDNEY_MAX_RUN}};
+    OM_TRY(STUDY_CHECK("kidney study", d, COOKIE, range));
+    OM_CHECK(d->volume, OM_INVALID, "kidney study: no volume");
     OM_CHECK(d->nsample > 0 || d->nrun > 0, OM_INVALID,
              "kidney study: nsample and nrun are 0: nothing to do");
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "kidney study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
     return OM_OK;
 }
 

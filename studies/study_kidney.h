@@ -75,10 +75,10 @@ typedef struct OmStudyKidneySummary {
     int nsample;  // made
     int nfailed;  // of which no draw succeeded: in no row
     int nnew;     // samples and runs that were computed now
-    OmStudyQuartiles dsc, tpr,
-        ave;                      // over cells of the network's grid; ave in m, over all vertices
-    OmStudyQuartiles same, zero;  // AVE with the true attachments and with none, m
-    double input;                 // m, median of the largest displacement
+    StudySample dsc, tpr,
+        ave;                 // over cells of the network's grid; ave in m, over all vertices
+    StudySample same, zero;  // AVE with the true attachments and with none, m
+    double input;            // m, median of the largest displacement
     // simulations that did not reach the whole displacement of the grasp; AVE is of the part that they reached
     int nstopped;
     // Dissection.

@@ -568,9 +568,9 @@ static OmStatus score_table(const Kidney* s, int way, OmStudyKidneyTable* t) {
             t->nloose += g->is_loose;
         }
     }
-    t->dsc = om__attach_quartiles(dsc, n).median;
-    t->tpr = om__attach_quartiles(tpr, n).median;
-    t->ms = om__attach_quartiles(ms, n).median;
+    t->dsc = om__study_sample(dsc, n).median;
+    t->tpr = om__study_sample(tpr, n).median;
+    t->ms = om__study_sample(ms, n).median;
     om_free(value);
     return OM_OK;
 }

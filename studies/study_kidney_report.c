@@ -301,12 +301,12 @@ static void put_samples(const Kidney* s, OmJson* json) {
     om__put(json, "n %d|not_made %d|seed %d|stopped %d|input_mm %f", m->nsample, m->nfailed,
             KIDNEY_SAMPLE_SEED, m->nstopped, 1e3 * m->input);
     if (m->dsc.n > 0) {
-        om__attach_put_quartiles(json, "dsc", 1, m->dsc);
-        om__attach_put_quartiles(json, "tpr", 1, m->tpr);
-        om__attach_put_quartiles(json, "ave_mm", 1e3, m->ave);
+        om__put_quartiles(json, "dsc", 1, m->dsc);
+        om__put_quartiles(json, "tpr", 1, m->tpr);
+        om__put_quartiles(json, "ave_mm", 1e3, m->ave);
     }
-    om__attach_put_quartiles(json, "ave_same_mm", 1e3, m->same);
-    om__attach_put_quartiles(json, "ave_zero_mm", 1e3, m->zero);
+    om__put_quartiles(json, "ave_same_mm", 1e3, m->same);
+    om__put_quartiles(json, "ave_zero_mm", 1e3, m->zero);
     om_json_close(json, '}');
 }
 

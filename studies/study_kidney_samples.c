@@ -146,12 +146,12 @@ OmStatus om__kidney_summarise_samples(Kidney* s) {
     sum->nsample = n;
     sum->nfailed = (int)most - n;
     int nnet = s->estimate ? n : 0;
-    sum->dsc = om__attach_quartiles(of[0], nnet);
-    sum->tpr = om__attach_quartiles(of[1], nnet);
-    sum->ave = om__attach_quartiles(of[2], nnet);
-    sum->same = om__attach_quartiles(of[3], n);
-    sum->zero = om__attach_quartiles(of[4], n);
-    sum->input = om__attach_quartiles(of[5], n).median;
+    sum->dsc = om__study_sample(of[0], nnet);
+    sum->tpr = om__study_sample(of[1], nnet);
+    sum->ave = om__study_sample(of[2], nnet);
+    sum->same = om__study_sample(of[3], n);
+    sum->zero = om__study_sample(of[4], n);
+    sum->input = om__study_sample(of[5], n).median;
     om_free(value);
     return OM_OK;
 }

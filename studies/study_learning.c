@@ -21,6 +21,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_learning_internal.h"
 #include "studies/study_table.h"
@@ -52,16 +53,11 @@ OmStudyLearningDef om_study_learning_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyLearningDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "learning study: a definition not made by om_study_learning_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "learning study: no folder");
+    const StudyRange range[] = {{"nseed", d->nseed, 1, LEARNING_MAX_SEED},
+                                {"varied_nstep", (double)d->varied_nstep, 0, 2e9},
+                                {"nsetting", d->nsetting, 0, MAX_SETTING}};
+    OM_TRY(STUDY_CHECK("learning study", d, COOKIE, range));
     OM_CHECK(d->task, OM_INVALID, "learning study: no task");
-    OM_CHECK(d->nseed >= 1 && d->nseed <= LEARNING_MAX_SEED, OM_INVALID,
-             "learning study: nseed is %d: 1 to %d", d->nseed, LEARNING_MAX_SEED);
-    OM_CHECK(d->varied_nstep >= 0, OM_INVALID, "learning study: varied_nstep is %lld",
-             (long long)d->varied_nstep);
-    OM_CHECK(d->nsetting >= 0 && d->nsetting <= MAX_SETTING, OM_INVALID,
-             "learning study: %d settings: 0 to %d", d->nsetting, MAX_SETTING);
     return OM_OK;
 }
 

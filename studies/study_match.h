@@ -10,7 +10,7 @@
 #ifndef OMENTUM_STUDY_MATCH_H
 #define OMENTUM_STUDY_MATCH_H
 
-#include "omentum/base.h"
+#include "studies/study_stats.h"
 
 // ---- correspondence -------------------------------------------------------------------------------
 
@@ -110,16 +110,11 @@ typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_
     OmCookie cookie;
 } OmStudyAttachmentsDef;
 
-typedef struct OmStudyQuartiles {
-    int n;
-    double lower, median, upper;
-} OmStudyQuartiles;
-
 // Over views. Guesses from three views: over layouts, positions over views.
 typedef struct OmStudyGuessResult {
-    bool is_there;              // this build has it, and the weights if it needs them
-    OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
-    OmStudyQuartiles ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth
+    bool is_there;         // this build has it, and the weights if it needs them
+    StudySample dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
+    StudySample ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth
     // updates that were refused: the twin keeps its belief, no attachment, and dsc and tpr are 0
     int nrefused;
     int nlost;  // views without correspondence: the network says nothing of them

@@ -5,10 +5,12 @@
 // surface nodes under the probe's face move with the probe. A lesion's contour point moves with the element that
 // contains it. Stability is the fraction of the path before a value is not finite or an element is inverted; a
 // network continues after that, and its errors count.
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "omentum/umesh_net.h"
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
@@ -39,22 +41,15 @@ OmStudyMethodsDef om_study_methods_default_def(const char* out_dir, const char* 
 }
 
 static OmStatus validate(const OmStudyMethodsDef* def) {
-    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "methods study: a definition not made by om_study_methods_default_def");
-    OM_CHECK(def->out_dir, OM_INVALID, "methods study: no folder");
+    const StudyRange range[] = {{"nlesion", def->nlesion, 1, 20},
+                                {"spacing", def->spacing, 0.002, 0.02},
+                                {"speed", def->speed, DBL_MIN, 1},
+                                {"settle", def->settle, 0, 10},
+                                {"cluster spacing", def->cluster[0], DBL_MIN, 1},
+                                {"cluster radius", def->cluster[1], DBL_MIN, 1},
+                                {"cluster stiffness", def->cluster[2], 0, 1}};
+    OM_TRY(STUDY_CHECK("methods study", def, COOKIE, range));
     OM_CHECK(def->weights, OM_INVALID, "methods study: no weights");
-    OM_CHECK(def->nlesion >= 1 && def->nlesion <= 20, OM_INVALID,
-             "methods study: nlesion = %d; 1 to 20 are possible", def->nlesion);
-    OM_CHECK(def->spacing >= 0.002 && def->spacing <= 0.02, OM_INVALID,
-             "methods study: spacing = %g m; 0.002 to 0.02 are possible", def->spacing);
-    OM_CHECK(def->speed > 0 && def->speed <= 1 && def->settle >= 0 && def->settle <= 10, OM_INVALID,
-             "methods study: speed = %g m/s, settle = %g s; up to 1 and 10 are possible",
-             def->speed, def->settle);
-    OM_CHECK(
-        def->cluster[0] > 0 && def->cluster[1] > 0 && def->cluster[2] >= 0 && def->cluster[2] <= 1,
-        OM_INVALID,
-        "methods study: clusters of %g m, radius %g m, stiffness %g; lengths above 0, stiffness 0 to 1",
-        def->cluster[0], def->cluster[1], def->cluster[2]);
     return OM_OK;
 }
 

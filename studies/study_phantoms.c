@@ -2,7 +2,7 @@
 //
 // Lifts and configurations are independent of each other, and as many run at once as there are workers. A configuration
 // is evaluated again if a lift, the network or the method changes.
-#include <math.h>
+#include <float.h>
 #include <string.h>
 
 #include "omentum/banet_net.h"
@@ -32,19 +32,12 @@ OmStudyPhantomsDef om_study_phantoms_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyPhantomsDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "phantoms study: a definition not made by om_study_phantoms_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "phantoms study: no folder");
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "phantoms study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
-    OM_CHECK(d->ncase >= 0, OM_INVALID, "phantoms study: ncase is %d: 0 or more", d->ncase);
-    OM_CHECK(d->ngrasp >= 0 && d->ngrasp <= PHANTOM_NGRASP, OM_INVALID,
-             "phantoms study: ngrasp is %d: 0 to %d", d->ngrasp, PHANTOM_NGRASP);
-    OM_CHECK(d->side >= 0 && isfinite(d->side), OM_INVALID,
-             "phantoms study: side is %g m: 0 or more", d->side);
+    const StudyRange range[] = {{"ncase", d->ncase, 0, PHANTOM_MAX_CASE},
+                                {"ngrasp", d->ngrasp, 0, PHANTOM_NGRASP},
+                                {"side", d->side, 0, 10},
+                                {"threshold", d->threshold, DBL_MIN, 1 - DBL_EPSILON}};
+    OM_TRY(STUDY_CHECK("phantoms study", d, COOKIE, range));
     OM_CHECK(d->estimate_name, OM_INVALID, "phantoms study: estimate_name is null");
-    OM_CHECK(d->threshold > 0 && d->threshold < 1, OM_INVALID,
-             "phantoms study: threshold is %g: above 0, below 1", d->threshold);
     return OM_OK;
 }
 
@@ -165,10 +158,10 @@ typedef struct Column {
 static OmStudyPhantomScore finish(Column* c, bool is_there, int nrefused) {
     OmStudyPhantomScore score = {.is_there = is_there, .nrefused = nrefused};
     if (!is_there) return score;
-    score.dsc = om__attach_quartiles(c->dsc, c->n);
-    score.tpr = om__attach_quartiles(c->tpr, c->n);
-    score.ave = om__attach_quartiles(c->ave, c->n);
-    score.volume = om__attach_quartiles(c->volume, c->n);
+    score.dsc = om__study_sample(c->dsc, c->n);
+    score.tpr = om__study_sample(c->tpr, c->n);
+    score.ave = om__study_sample(c->ave, c->n);
+    score.volume = om__study_sample(c->volume, c->n);
     return score;
 }
 
@@ -223,7 +216,7 @@ static void count_all(Phantoms* s, double* rest) {
             sum->nlost += e->is_there && e->nlost > 0;
         }
     }
-    sum->rest = om__attach_quartiles(rest, n);
+    sum->rest = om__study_sample(rest, n);
 }
 
 static void judge_goals(OmStudyPhantomsSummary* sum) {

@@ -67,12 +67,12 @@ typedef struct OmStudyPhantomsDef {  // made by om_study_phantoms_default_def
 } OmStudyPhantomsDef;
 
 typedef struct OmStudyPhantomScore {
-    bool is_there;              // this build has the way
-    int nrefused;               // without an estimate: no vertex is attached
-    OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
+    bool is_there;         // this build has the way
+    int nrefused;          // without an estimate: no vertex is attached
+    StudySample dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
     // m, the twin with these attachments, lifted as the tissue was, against the points that the camera saw, less the
     // value at rest; and against the truth at all vertices of the volume (4.5)
-    OmStudyQuartiles ave, volume;
+    StudySample ave, volume;
 } OmStudyPhantomScore;
 
 typedef struct OmStudyPhantomResult {  // a row
@@ -88,7 +88,7 @@ typedef struct OmStudyPhantomsSummary {
     int nlost;   // steps without correspondence: the network has no input and attaches nothing
     int nloose;  // solves of the protocol that did not reach the whole lift
     int nshort;  // lifts that ended before the free length: too much force, or the jaw lost the tissue
-    OmStudyQuartiles rest;  // m, of the points at rest, one a lift
+    StudySample rest;  // m, of the points at rest, one a lift
     OmStudyPhantomResult row[OM_STUDY_PHANTOM_NROW];
     bool is_met;  // the goals above
 } OmStudyPhantomsSummary;

@@ -245,12 +245,12 @@ static void put_score(OmJson* json, const char* key, const OmStudyPhantomScore* 
     if (!score->is_there) return;
     om_json_open(json, key, '{');
     if (has_overlap) {
-        om__attach_put_quartiles(json, "dsc", 1, score->dsc);
-        om__attach_put_quartiles(json, "tpr", 1, score->tpr);
+        om__put_quartiles(json, "dsc", 1, score->dsc);
+        om__put_quartiles(json, "tpr", 1, score->tpr);
         om_json_integer(json, "refused", score->nrefused);
     }
-    om__attach_put_quartiles(json, "ave_mm", 1e3, score->ave);
-    om__attach_put_quartiles(json, "volume_mm", 1e3, score->volume);
+    om__put_quartiles(json, "ave_mm", 1e3, score->ave);
+    om__put_quartiles(json, "volume_mm", 1e3, score->volume);
     om_json_close(json, '}');
 }
 
@@ -263,7 +263,7 @@ static OmStatus write_json(const Phantoms* s) {
             "lifts %d|steps %d|lost %d|loose %d|lifts_ended_early %d",
             sum->is_met, sum->has_network, s->def->is_development, s->def->is_quick, sum->ncase,
             sum->nlift, sum->nview, sum->nlost, sum->nloose, sum->nshort);
-    om__attach_put_quartiles(&json, "rest_mm", 1e3, sum->rest);
+    om__put_quartiles(&json, "rest_mm", 1e3, sum->rest);
     om_json_open(&json, "rows", '{');
     for (int row = 0; row < OM_STUDY_PHANTOM_NROW; ++row) {
         const OmStudyPhantomResult* r = &sum->row[row];

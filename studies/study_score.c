@@ -22,23 +22,6 @@ double om__study_error(const Study* s, const StudyRun* run, int depth) {
     return om_distance(run->reached[depth].lesion, measured);
 }
 
-StudySample om__study_sample(double* value, int n) {
-    StudySample s = {.n = n};
-    if (!n) return s;
-    om_sort_doubles(value, n);
-    double sum = 0, square = 0;
-    for (int i = 0; i < n; ++i) sum += value[i];
-    s.mean = sum / n;
-    for (int i = 0; i < n; ++i) square += (value[i] - s.mean) * (value[i] - s.mean);
-    s.sd = n > 1 ? sqrt(square / (n - 1)) : 0;
-    s.min = value[0];
-    s.lower = om_quantile(value, n, 0.25);
-    s.median = om_quantile(value, n, 0.5);
-    s.upper = om_quantile(value, n, 0.75);
-    s.max = value[n - 1];
-    return s;
-}
-
 // Did every method of the study complete this deformation?
 static bool is_valid(const Study* s, int resolution, int lesion, int depth) {
     if (s->truth[lesion].ndepth <= depth) return false;

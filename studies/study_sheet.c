@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_sheet_internal.h"
 
@@ -34,27 +35,15 @@ OmStudySheetDef om_study_sheet_default_def(const char* out_dir) {
                              .cookie = COOKIE};
 }
 
-static OmStatus check_range(const char* name, int value, int min, int max) {
-    OM_CHECK(value >= min && value <= max, OM_INVALID, "sheet study: %s is %d: %d to %d", name,
-             value, min, max);
-    return OM_OK;
-}
-
 static OmStatus validate(const OmStudySheetDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "sheet study: a definition not made by om_study_sheet_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "sheet study: no folder");
-    OM_TRY(check_range("cells", d->cells, 10, 60));
-    OM_TRY(check_range("world_cells", d->world_cells, 10, 80));
-    OM_TRY(check_range("population", d->population, 5, 1000));
-    OM_TRY(check_range("generations", d->generations, 1, 1000));
-    OM_TRY(check_range("local_evaluations", d->local_evaluations, 1, 10000));
-    OM_TRY(check_range("nworker", d->nworker, 0, OM_MAX_WORKER));
-    OM_CHECK(d->rise >= 0 && d->rise <= 100, OM_INVALID, "sheet study: rise is %g: 0 to 100",
-             d->rise);
-    OM_CHECK(d->seed <= 2147483647u, OM_INVALID, "sheet study: seed is %llu: below 2^31",
-             (unsigned long long)d->seed);
-    return OM_OK;
+    const StudyRange range[] = {{"cells", d->cells, 10, 60},
+                                {"world_cells", d->world_cells, 10, 80},
+                                {"population", d->population, 5, 1000},
+                                {"generations", d->generations, 1, 1000},
+                                {"local_evaluations", d->local_evaluations, 1, 10000},
+                                {"rise", d->rise, 0, 100},
+                                {"seed", (double)d->seed, 0, 2147483647}};
+    return STUDY_CHECK("sheet study", d, COOKIE, range);
 }
 
 // ---- files ----------------------------------------------------------------------------------------

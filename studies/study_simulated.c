@@ -35,15 +35,8 @@ OmStudySimulatedDef om_study_simulated_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudySimulatedDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "simulated study: a definition not made by om_study_simulated_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "simulated study: no folder");
-    OM_CHECK(d->nsample >= 1 && d->nsample <= 9999, OM_INVALID,
-             "simulated study: nsample is %d: 1 to 9999", d->nsample);
-    OM_CHECK(d->nsolve >= -1, OM_INVALID, "simulated study: nsolve is %d: -1 or more", d->nsolve);
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "simulated study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
-    return OM_OK;
+    const StudyRange range[] = {{"nsample", d->nsample, 1, 9999}, {"nsolve", d->nsolve, -1, 9999}};
+    return STUDY_CHECK("simulated study", d, COOKIE, range);
 }
 
 // The test sets of the generator; nothing is chosen on them. A quick study has small bodies and other seeds.
@@ -253,9 +246,9 @@ static void summarise_row(const Sim* s, int set, bool is_hidden, int guess, doub
         part[5][nmove++] = move->mve;
         row->nstopped += move->is_stopped;
     }
-    OmStudyQuartiles* out[6] = {&row->dsc,      &row->tpr, &row->dsc_area,
-                                &row->tpr_area, &row->ave, &row->mve};
-    for (int k = 0; k < 6; ++k) *out[k] = om__attach_quartiles(part[k], k < 4 ? n : nmove);
+    StudySample* out[6] = {&row->dsc,      &row->tpr, &row->dsc_area,
+                           &row->tpr_area, &row->ave, &row->mve};
+    for (int k = 0; k < 6; ++k) *out[k] = om__study_sample(part[k], k < 4 ? n : nmove);
 }
 
 // Reliability over the cells of a set.
@@ -305,7 +298,7 @@ static OmStatus summarise(Sim* s) {
             sum->nlost[set] += !s->c[i].base.is_made;
             if (s->c[i].base.is_made) value[n++] = s->c[i].base.input;
         }
-        sum->input[set] = om__attach_quartiles(value, n).median;
+        sum->input[set] = om__study_sample(value, n).median;
         for (int guess = 0; guess < SIM_NGUESS; ++guess) {
             summarise_row(s, set, false, guess, value, &sum->all[set][guess]);
             summarise_row(s, set, true, guess, value, &sum->hidden[set][guess]);
@@ -318,8 +311,8 @@ static OmStatus summarise(Sim* s) {
             if (move->is_there) value[s->ncase + nsolve++] = move->ms;
         }
     }
-    sum->net_ms = om__attach_quartiles(value, nms).median;
-    sum->solve_ms = om__attach_quartiles(value + s->ncase, nsolve).median;
+    sum->net_ms = om__study_sample(value, nms).median;
+    sum->solve_ms = om__study_sample(value + s->ncase, nsolve).median;
     om_free(value);
     for (int set = 0; set < SIM_NSET; ++set) OM_TRY(calibrate(s, set));
     sum->is_met = meets(sum, false, OM_STUDY_SIM_DSC[OM_STUDY_SIM_EXACT], OM_STUDY_SIM_TPR) &&

@@ -55,9 +55,9 @@ typedef struct OmStudySimulatedDef {  // made by om_study_simulated_default_def
 } OmStudySimulatedDef;
 
 typedef struct OmStudySimulatedRow {
-    OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over cells of the network's grid
-    OmStudyQuartiles dsc_area, tpr_area;  // over vertices, weighted by their areas
-    OmStudyQuartiles ave, mve;            // (4.5) and (4.7) over all vertices, m
+    StudySample dsc, tpr;            // (4.3) and (4.6), 0 to 1, over cells of the network's grid
+    StudySample dsc_area, tpr_area;  // over vertices, weighted by their areas
+    StudySample ave, mve;            // (4.5) and (4.7) over all vertices, m
     // simulations that did not reach the whole displacement of the grasp; AVE and MVE are of the part that they reached
     int nstopped;
 } OmStudySimulatedRow;

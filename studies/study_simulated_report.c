@@ -314,14 +314,14 @@ static void put_row(OmJson* json, const char* key, const OmStudySimulatedRow* r)
     om_json_open(json, key, '{');
     om__put(json, "n %d|simulated %d", r->dsc.n, r->ave.n);
     if (r->dsc.n) {
-        om__attach_put_quartiles(json, "dsc", 1, r->dsc);
-        om__attach_put_quartiles(json, "tpr", 1, r->tpr);
-        om__attach_put_quartiles(json, "dsc_area", 1, r->dsc_area);
-        om__attach_put_quartiles(json, "tpr_area", 1, r->tpr_area);
+        om__put_quartiles(json, "dsc", 1, r->dsc);
+        om__put_quartiles(json, "tpr", 1, r->tpr);
+        om__put_quartiles(json, "dsc_area", 1, r->dsc_area);
+        om__put_quartiles(json, "tpr_area", 1, r->tpr_area);
     }
     if (r->ave.n) {
-        om__attach_put_quartiles(json, "ave_mm", 1e3, r->ave);
-        om__attach_put_quartiles(json, "mve_mm", 1e3, r->mve);
+        om__put_quartiles(json, "ave_mm", 1e3, r->ave);
+        om__put_quartiles(json, "mve_mm", 1e3, r->mve);
     }
     om_json_integer(json, "stopped", r->nstopped);
     om_json_close(json, '}');

@@ -46,9 +46,9 @@ void om__table_cell(StudyTable* t, const char* text) {
     ++t->ncell;
 }
 
-void om__table_quartiles(StudyTable* t, double scale, const char* format, OmStudyQuartiles q) {
+void om__table_quartiles(StudyTable* t, double scale, const char* format, StudySample q) {
     char text[96];
-    om__attach_write_quartiles(text, sizeof text, scale, format, q);
+    om__sample_print(text, sizeof text, scale, format, q);
     om__table_cell(t, text);
 }
 

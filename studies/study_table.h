@@ -12,7 +12,7 @@
 #define OMENTUM_STUDY_TABLE_H
 
 #include "omentum/report.h"
-#include "studies/study_attach_protocol.h"
+#include "studies/study_stats.h"
 
 typedef struct StudyTable {
     OmText text;  // headings and cells, each with its zero byte
@@ -27,7 +27,7 @@ void om__table_row(StudyTable* t, const char* format, ...) OM_PRINTF(2, 3);
 // One cell, bars and all; null: empty.
 void om__table_cell(StudyTable* t, const char* text);
 // One cell: median and quartiles.
-void om__table_quartiles(StudyTable* t, double scale, const char* format, OmStudyQuartiles q);
+void om__table_quartiles(StudyTable* t, double scale, const char* format, StudySample q);
 // One cell in mm with a mark; below 0: empty.
 void om__table_error(StudyTable* t, double error, const char* mark);
 // A table with a column for each depth of the contact study: "FIRST|D10|...", and what is behind them.

@@ -26,15 +26,10 @@ OmStudyTrustDef om_study_trust_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyTrustDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "trust study: a definition not made by om_study_trust_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "trust study: no folder");
-    OM_CHECK(d->ntruth >= 1 && d->ntruth <= OM_STUDY_TRUST_MAX_TRUTH, OM_INVALID,
-             "trust study: ntruth is %d: 1 to %d", d->ntruth, OM_STUDY_TRUST_MAX_TRUTH);
+    const StudyRange range[] = {{"ntruth", d->ntruth, 1, OM_STUDY_TRUST_MAX_TRUTH}};
+    OM_TRY(STUDY_CHECK("trust study", d, COOKIE, range));
     OM_CHECK(d->draw.kind != OM_DRAW_PUBLISHED, OM_INVALID,
              "trust study: draw is none of development and judged");
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "trust study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
     return OM_OK;
 }
 

@@ -134,7 +134,7 @@ static void add_size_row(const Trust* s, TrustError error, double from, double t
                   row->n, row->nclean, row->ncorrected, row->nrefused);
     const int naccepted = row->nclean + row->ncorrected;
     om__table_row(table, naccepted ? "%.2f|%.2f" : "|",
-                  om__attach_quartiles(row->loss, naccepted).median, row->worst);
+                  om__study_sample(row->loss, naccepted).median, row->worst);
 }
 
 static void add_sizes(const Trust* s, OmReport* report) {

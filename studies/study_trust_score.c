@@ -115,7 +115,7 @@ static double median_wrong(int n, const TrustResult* result, int error, bool of_
             if (error && (int)result[i].c[k].error != error) continue;
             value[m++] = of_right ? result[i].right[k].dice : u->dice;
         }
-    return om__attach_quartiles(value, m).median;
+    return om__study_sample(value, m).median;
 }
 
 static void find_medians(int n, const TrustResult* result, double* value,
@@ -124,7 +124,7 @@ static void find_medians(int n, const TrustResult* result, double* value,
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < result[i].nlift; ++k)
             if (result[i].right[k].is_accepted) value[m++] = result[i].right[k].dice;
-    sum->dice_right = om__attach_quartiles(value, m).median;
+    sum->dice_right = om__study_sample(value, m).median;
     sum->dice_wrong = median_wrong(n, result, 0, false, value);
     for (int e = 1; e < TRUST_NERROR; ++e) {
         sum->kind[e - 1].dice_right = median_wrong(n, result, e, true, value);
@@ -133,11 +133,11 @@ static void find_medians(int n, const TrustResult* result, double* value,
     m = 0;
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < result[i].nlift; ++k) value[m++] = result[i].right[k].ms;
-    sum->ms = om__attach_quartiles(value, m).median;
+    sum->ms = om__study_sample(value, m).median;
     m = 0;
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < result[i].nlift; ++k) value[m++] = result[i].right[k].judge_ms;
-    sum->judge_ms = om__attach_quartiles(value, m).median;
+    sum->judge_ms = om__study_sample(value, m).median;
 }
 
 static void calibrate(int n, const TrustResult* result, OmStudyTrustSummary* sum) {

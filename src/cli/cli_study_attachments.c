@@ -78,14 +78,12 @@ static void print_layouts(const OmStudyAttachmentsSummary* s, const char* dir) {
                                                       "both, three views"};
     const OmStudyGuessResult *one = &s->by[OM_STUDY_SINGLE], *three = &s->by[OM_STUDY_THREE];
     om_cli_figure("layouts", s->nlayout);
-    if (one->is_there) {
-        om_cli_figure("dsc", one->dsc.median);
-        om_cli_figure("tpr", one->tpr.median);
-        om_cli_figure("dsc_three", three->dsc.median);
-        om_cli_figure("tpr_three", three->tpr.median);
-        om_cli_figure("refused", one->nrefused);
-        om_cli_figure("processor_ms", one->ms);
-    }
+    om_cli_figure("dsc", one->dsc.median);
+    om_cli_figure("tpr", one->tpr.median);
+    om_cli_figure("dsc_three", three->dsc.median);
+    om_cli_figure("tpr_three", three->tpr.median);
+    om_cli_figure("refused", one->nrefused);
+    om_cli_figure("processor_ms", one->ms);
     const OmStudyGuessResult* by = s->by;
     if (s->has_network) {
         om_cli_figure("layouts.dsc_network", by[OM_STUDY_NETWORK].dsc.median);
@@ -99,10 +97,7 @@ static void print_layouts(const OmStudyAttachmentsSummary* s, const char* dir) {
     printf("%d layouts; medians over views:\n", s->nlayout);
     for (int k = 0; k < OM_STUDY_NGUESS; ++k) {
         const OmStudyGuessResult* r = &s->by[k];
-        if (!r->is_there) {
-            if (k < OM_STUDY_NETWORK) printf("%-20s not in this build\n", name[k]);
-            continue;
-        }
+        if (!r->is_there) continue;
         printf("%-20s DSC %.2f, TPR %3.0f %%, AVE %4.1f mm, MVE %4.1f mm", name[k], r->dsc.median,
                100 * r->tpr.median, 1e3 * r->ave.median, 1e3 * r->mve.median);
         if (k >= OM_STUDY_SINGLE)

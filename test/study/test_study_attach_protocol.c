@@ -278,11 +278,11 @@ static void test_quartiles(void** unused) {
     (void)unused;
     double value[5] = {0.5, 0.1, 0.4, 0.2, 0.3};
     char text[64];
-    OmStudyQuartiles q = om__attach_quartiles(value, 5);
+    StudySample q = om__study_sample(value, 5);
     assert_true(q.n == 5 && q.lower == 0.2 && q.median == 0.3 && q.upper == 0.4);
-    om__attach_write_quartiles(text, sizeof text, 100, "%.0f", q);
+    om__sample_print(text, sizeof text, 100, "%.0f", q);
     assert_string_equal(text, "30 (20-40)");
-    om__attach_write_quartiles(text, sizeof text, 100, "%.0f", om__attach_quartiles(value, 0));
+    om__sample_print(text, sizeof text, 100, "%.0f", om__study_sample(value, 0));
     assert_string_equal(text, "-");
 }
 

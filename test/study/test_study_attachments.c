@@ -14,7 +14,7 @@ static OmStudyAttachmentsDef quick_def(void) {
     return def;
 }
 
-static void assert_same(OmStudyQuartiles a, OmStudyQuartiles b) {
+static void assert_same(StudySample a, StudySample b) {
     assert_int_equal(a.n, b.n);
     assert_true(a.lower == b.lower && a.median == b.median && a.upper == b.upper);
 }

@@ -51,8 +51,9 @@ static void test_cells(void** unused) {
     OmReport report;
     om_report_begin(&report, "cells", "");
     StudyTable t = om__study_depth_table("lesion", depth, "|mean");
-    om__table_quartiles(&t, 1e3, "%.0f", (OmStudyQuartiles){3, 0.002, 0.003, 0.004});
-    om__table_quartiles(&t, 1e3, "%.0f", (OmStudyQuartiles){0});
+    om__table_quartiles(&t, 1e3, "%.0f",
+                        (StudySample){.n = 3, .lower = 0.002, .median = 0.003, .upper = 0.004});
+    om__table_quartiles(&t, 1e3, "%.0f", (StudySample){0});
     om__table_error(&t, -1, "*");
     om__table_error(&t, 0.001, " *");
     om__table_row(&t, "||%d", 1);

@@ -1,0 +1,39 @@
+// study_stats.c: statistics of a set of values.
+#include "studies/study_stats.h"
+
+#include <math.h>
+#include <stdio.h>
+
+StudySample om__study_sample(double* value, int n) {
+    StudySample s = {.n = n};
+    if (!n) return s;
+    om_sort_doubles(value, n);
+    double sum = 0, square = 0;
+    for (int i = 0; i < n; ++i) sum += value[i];
+    s.mean = sum / n;
+    for (int i = 0; i < n; ++i) square += (value[i] - s.mean) * (value[i] - s.mean);
+    s.sd = n > 1 ? sqrt(square / (n - 1)) : 0;
+    s.min = value[0];
+    s.lower = om_quantile(value, n, 0.25);
+    s.median = om_quantile(value, n, 0.5);
+    s.upper = om_quantile(value, n, 0.75);
+    s.max = value[n - 1];
+    return s;
+}
+
+void om__sample_print(char* text, size_t size, double scale, const char* format, StudySample s) {
+    char a[24], b[24], c[24];
+    if (s.n == 0) {
+        snprintf(text, size, "-");
+        return;
+    }
+    snprintf(a, sizeof a, format, scale * s.median);
+    snprintf(b, sizeof b, format, scale * s.lower);
+    snprintf(c, sizeof c, format, scale * s.upper);
+    snprintf(text, size, "%s (%s-%s)", a, b, c);
+}
+
+void om__put_quartiles(OmJson* json, const char* key, double scale, StudySample s) {
+    const double v[3] = {scale * s.lower, scale * s.median, scale * s.upper};
+    om_json_numbers(json, key, v, 3);
+}
