@@ -116,6 +116,15 @@ OmStatus om_study_contact_run(const OmStudyContactDef* def, const OmProgress* pr
 
 // ---- the calibration study ------------------------------------------------------------------------
 
+typedef enum OmStudyFit {  // the model that predicts a lesion's position
+    OM_FIT_GEL,            // particles with the gel's parameters
+    OM_FIT_TUNED,          // particles fine-tuned on one lesion
+    OM_FIT_PRESCRIBED,     // finite elements, prescribed displacement
+    OM_FIT_PENALTY,
+    OM_FIT_RIGID,  // moved rigidly with the probe
+    OM_STUDY_NFIT
+} OmStudyFit;
+
 #define OM_STUDY_NCLUSTER 3  // parameters: cluster spacing (m), radius (m), stiffness
 
 typedef struct OmStudyCalibrationDef {  // made by om_study_calibration_default_def
@@ -150,10 +159,11 @@ typedef struct OmStudyCalibrationSummary {  // errors in m
     double tuned_start, tuned_error;
     // means over the same deformations of 15 to 30 mm of the other lesions
     int nunseen;
-    double unseen_gel, unseen_tuned, unseen_prescribed, unseen_penalty, unseen_rigid;
+    double unseen[OM_STUDY_NFIT];
     int neval, nnew;  // evaluations of both searches, and those made now
     double seconds;   // of both searches, now
-    bool is_met;  // unseen_tuned at most 1.5 unseen_prescribed, and fine-tuning improved its lesion
+    // unseen of OM_FIT_TUNED at most 1.5 times that of OM_FIT_PRESCRIBED, and fine-tuning improved its lesion
+    bool is_met;
 } OmStudyCalibrationSummary;
 
 OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir);

@@ -28,11 +28,11 @@
 #define COUNTS_FROM 1     // index of the first depth that counts: 15 mm
 #define GEL_LAST 0.020    // m, deepest indentation of the gel
 
-const char* const om__study_by_name[NBY] = {"particles_gel", "particles_tuned", "prescribed",
-                                            "penalty", "rigid"};
-const char* const om__study_by_title[NBY] = {"particles, gel's parameters", "particles, fine-tuned",
-                                             "finite elements, prescribed",
-                                             "finite elements, penalty", "rigid"};
+const char* const om__study_by_name[OM_STUDY_NFIT] = {"particles_gel", "particles_tuned",
+                                                      "prescribed", "penalty", "rigid"};
+const char* const om__study_by_title[OM_STUDY_NFIT] = {
+    "particles, gel's parameters", "particles, fine-tuned", "finite elements, prescribed",
+    "finite elements, penalty", "rigid"};
 
 OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir) {
     OmStudyCalibrationDef def = {.out_dir = out_dir,
@@ -147,24 +147,24 @@ static void score_others(StudyCalibration* s) {
                 om_madd(om__study_contour(lesion), -study->def->depth[k], lesion->normal);
             const StudyRun* prescribed = om__study_run_at(study, 0, OM_PRESS_PRESCRIBED, l);
             const StudyRun* penalty = om__study_run_at(study, 0, OM_PRESS_PENALTY, l);
-            s->error[BY_RIGID][l][k] = om_distance(rigid, x);
+            s->error[OM_FIT_RIGID][l][k] = om_distance(rigid, x);
             if (prescribed->nreached > k)
-                s->error[BY_PRESCRIBED][l][k] = om_distance(prescribed->reached[k].contour, x);
+                s->error[OM_FIT_PRESCRIBED][l][k] = om_distance(prescribed->reached[k].contour, x);
             if (penalty->nreached > k)
-                s->error[BY_PENALTY][l][k] = om_distance(penalty->reached[k].contour, x);
+                s->error[OM_FIT_PENALTY][l][k] = om_distance(penalty->reached[k].contour, x);
         }
     }
 }
 
 bool om__study_counts(const StudyCalibration* s, int lesion, int depth) {
-    for (int by = 0; by < NBY; ++by)
+    for (int by = 0; by < OM_STUDY_NFIT; ++by)
         if (s->error[by][lesion][depth] < 0) return false;
     return depth >= COUNTS_FROM;
 }
 
 static void summarise(StudyCalibration* s) {
     OmStudyCalibrationSummary* sum = &s->sum;
-    double total[NBY] = {0};
+    double total[OM_STUDY_NFIT] = {0};
     for (int i = 0; i < OM_STUDY_NCLUSTER; ++i) {
         sum->gel[i] = s->gel.result.best[i];
         sum->tuned[i] = s->breast.result.best[i];
@@ -178,17 +178,14 @@ static void summarise(StudyCalibration* s) {
     for (int l = 0; l < s->def->nlesion; ++l) {
         for (int k = 0; k < OM_STUDY_NDEPTH; ++k) {
             if (l == s->def->tuned || !om__study_counts(s, l, k)) continue;
-            for (int by = 0; by < NBY; ++by) total[by] += s->error[by][l][k];
+            for (int by = 0; by < OM_STUDY_NFIT; ++by) total[by] += s->error[by][l][k];
             sum->nunseen++;
         }
     }
     double n = fmax(1, sum->nunseen);
-    sum->unseen_gel = total[BY_GEL] / n;
-    sum->unseen_tuned = total[BY_TUNED] / n;
-    sum->unseen_prescribed = total[BY_PRESCRIBED] / n;
-    sum->unseen_penalty = total[BY_PENALTY] / n;
-    sum->unseen_rigid = total[BY_RIGID] / n;
-    sum->is_met = sum->nunseen > 0 && sum->unseen_tuned <= BAR * sum->unseen_prescribed &&
+    for (int by = 0; by < OM_STUDY_NFIT; ++by) sum->unseen[by] = total[by] / n;
+    sum->is_met = sum->nunseen > 0 &&
+                  sum->unseen[OM_FIT_TUNED] <= BAR * sum->unseen[OM_FIT_PRESCRIBED] &&
                   sum->tuned_error < sum->tuned_start;
 }
 
@@ -261,7 +258,7 @@ OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def, const OmProg
     OmStatus status;
     OmFolder folder = {0};
     s->def = def;
-    for (int by = 0; by < NBY; ++by)
+    for (int by = 0; by < OM_STUDY_NFIT; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
     OM_TRY_DONE(om_path_join(def->out_dir, "gel", s->gel.dir, sizeof s->gel.dir));
@@ -279,9 +276,9 @@ OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def, const OmProg
     OM_TRY_DONE(do_breast(s, progress));
     s->sum.seconds += om_clock_now() - begin;
     OM_TRY_DONE(om__study_score_particles(&s->breast, 0, def->nlesion, s->gel.result.best,
-                                          s->error[BY_GEL]));
+                                          s->error[OM_FIT_GEL]));
     OM_TRY_DONE(om__study_score_particles(&s->breast, 0, def->nlesion, s->breast.result.best,
-                                          s->error[BY_TUNED]));
+                                          s->error[OM_FIT_TUNED]));
     score_others(s);
     summarise(s);
     OM_TRY_DONE(om__study_report_calibration(s));

@@ -20,8 +20,6 @@ static void put_search(OmJson* json, const char* key, const OmCalibrationResult*
 
 static OmStatus write_json(const StudyCalibration* s) {
     const OmStudyCalibrationSummary* sum = &s->sum;
-    const double unseen[NBY] = {sum->unseen_gel, sum->unseen_tuned, sum->unseen_prescribed,
-                                sum->unseen_penalty, sum->unseen_rigid};
     OmText text = {0};
     OmJson json = om__json(&text);
     om__put(&json,
@@ -36,7 +34,8 @@ static OmStatus write_json(const StudyCalibration* s) {
     om_json_integer(&json, "tuned_on_lesion", s->def->tuned + 1);
     om_json_open(&json, "unseen_error_mm", '{');
     om_json_integer(&json, "n", sum->nunseen);
-    for (int by = 0; by < NBY; ++by) om_json_number(&json, om__study_by_name[by], 1e3 * unseen[by]);
+    for (int by = 0; by < OM_STUDY_NFIT; ++by)
+        om_json_number(&json, om__study_by_name[by], 1e3 * sum->unseen[by]);
     om_json_close(&json, '}');
     om_json_bool(&json, "bar_met", sum->is_met);
     om__study_put_contours(&json, &s->breast.study);
@@ -46,7 +45,7 @@ static OmStatus write_json(const StudyCalibration* s) {
 static OmStatus write_errors(const StudyCalibration* s) {
     StudyLines t = {0};
     om__lines_add(&t, "by,lesion,depth_mm,error_mm,is_tuned_on,counts\n");
-    for (int by = 0; by < NBY; ++by)
+    for (int by = 0; by < OM_STUDY_NFIT; ++by)
         for (int l = 0; l < s->def->nlesion; ++l)
             for (int k = 0; k < NDEPTH; ++k)
                 if (s->error[by][l][k] >= 0)
@@ -60,14 +59,16 @@ static OmStatus write_errors(const StudyCalibration* s) {
 
 static void add_outcome(const StudyCalibration* s, OmReport* report) {
     const OmStudyCalibrationSummary* sum = &s->sum;
-    double ratio = sum->unseen_prescribed > 0 ? sum->unseen_tuned / sum->unseen_prescribed : 0;
+    double ratio = sum->unseen[OM_FIT_PRESCRIBED] > 0
+                       ? sum->unseen[OM_FIT_TUNED] / sum->unseen[OM_FIT_PRESCRIBED]
+                       : 0;
     om__report_judge(
         report, sum->is_met,
         "Criterion %s: on lesions without tuning the error of the particle model is %.2f times that of "
         "finite elements (%.2f and %.2f mm; 1.5 times is allowed), and fine-tuning reduced the error of its own "
         "lesion from %.2f to %.2f mm.",
-        sum->is_met ? "met" : "missed", ratio, 1e3 * sum->unseen_tuned,
-        1e3 * sum->unseen_prescribed, 1e3 * sum->tuned_start, 1e3 * sum->tuned_error);
+        sum->is_met ? "met" : "missed", ratio, 1e3 * sum->unseen[OM_FIT_TUNED],
+        1e3 * sum->unseen[OM_FIT_PRESCRIBED], 1e3 * sum->tuned_start, 1e3 * sum->tuned_error);
     om__report_facts(
         report,
         sum->nnew
@@ -75,8 +76,9 @@ static void add_outcome(const StudyCalibration* s, OmReport* report) {
               "same|rigid model, the same|evaluations, both searches|both searches, in this run"
             : "particles, fine-tuned, unseen lesions|finite elements (prescribed), the "
               "same|rigid model, the same|evaluations, both searches",
-        "%.2f mm|%.2f mm|%.2f mm|%d|%.0f s", 1e3 * sum->unseen_tuned, 1e3 * sum->unseen_prescribed,
-        1e3 * sum->unseen_rigid, sum->neval, sum->seconds);
+        "%.2f mm|%.2f mm|%.2f mm|%d|%.0f s", 1e3 * sum->unseen[OM_FIT_TUNED],
+        1e3 * sum->unseen[OM_FIT_PRESCRIBED], 1e3 * sum->unseen[OM_FIT_RIGID], sum->neval,
+        sum->seconds);
 }
 
 // Table 3.2, with the thesis's rows.
@@ -151,7 +153,7 @@ static void add_beads(const StudyCalibration* s, OmReport* report) {
 }
 
 // Table 3.6 of one method.
-static void add_lesions(const StudyCalibration* s, StudyBy by, OmReport* report) {
+static void add_lesions(const StudyCalibration* s, OmStudyFit by, OmReport* report) {
     om__report_say(report, "Error by lesion, mm: %s", om__study_by_title[by]);
     StudyTable table = om__study_depth_table("lesion", s->breast.contact.depth, "|mean");
     for (int l = 0; l < s->def->nlesion; ++l) {
@@ -171,13 +173,13 @@ static void add_lesions(const StudyCalibration* s, StudyBy by, OmReport* report)
 
 // Means over the unseen lesions by depth.
 static void add_depths(const StudyCalibration* s, OmReport* report) {
-    double depth[NDEPTH], mean[NBY][NDEPTH];
+    double depth[NDEPTH], mean[OM_STUDY_NFIT][NDEPTH];
     OmReportChart chart = {.title = "Mean error on unseen lesions (thesis, Fig. 3.11)",
                            .x_label = "probe displacement, mm",
                            .y_label = "mm",
-                           .nseries = NBY,
+                           .nseries = OM_STUDY_NFIT,
                            .has_range = true};
-    for (int by = 0; by < NBY; ++by) {
+    for (int by = 0; by < OM_STUDY_NFIT; ++by) {
         for (int k = 0; k < NDEPTH; ++k) {
             double sum = 0;
             int n = 0;
@@ -199,11 +201,9 @@ static void add_unseen(const StudyCalibration* s, OmReport* report) {
     StudyTable table =
         om__table("unseen lesions, 15 to 30 mm|mean error, mm|over finite elements (prescribed)");
     const OmStudyCalibrationSummary* sum = &s->sum;
-    const double unseen[NBY] = {sum->unseen_gel, sum->unseen_tuned, sum->unseen_prescribed,
-                                sum->unseen_penalty, sum->unseen_rigid};
-    for (int by = 0; by < NBY; ++by)
-        om__table_row(&table, "%s|%.2f|%.2f", om__study_by_title[by], 1e3 * unseen[by],
-                      unseen[by] / fmax(1e-12, sum->unseen_prescribed));
+    for (int by = 0; by < OM_STUDY_NFIT; ++by)
+        om__table_row(&table, "%s|%.2f|%.2f", om__study_by_title[by], 1e3 * sum->unseen[by],
+                      sum->unseen[by] / fmax(1e-12, sum->unseen[OM_FIT_PRESCRIBED]));
     om__table_end(&table, report);
     om__report_say(
         report,
@@ -252,8 +252,8 @@ static OmStatus write_report(const StudyCalibration* s) {
     add_beads(s, &report);
     add_depths(s, &report);
     add_unseen(s, &report);
-    add_lesions(s, BY_TUNED, &report);
-    add_lesions(s, BY_PRESCRIBED, &report);
+    add_lesions(s, OM_FIT_TUNED, &report);
+    add_lesions(s, OM_FIT_PRESCRIBED, &report);
     add_assumptions(s, &report);
     return om__report_end(&report, s->def->out_dir, OM_OK);
 }

@@ -312,24 +312,6 @@ void om__study_close(Study* s) {
     om_surface_done(&s->surface);
 }
 
-static void summarise(const Study* s, const StudyScore* score, OmStudyContactSummary* out) {
-    out->nnew = s->nmade;
-    out->worst_stability = 1;
-    for (int i = 0; i < s->nrun; ++i) {
-        const StudyRun* run = &s->run[i];
-        if (!run->nrecord) continue;
-        out->nrun++;
-        out->ncomplete += run->ndone == run->nstep;
-        out->worst_stability = fmin(out->worst_stability, (double)run->ndone / run->nstep);
-    }
-    for (int k = 0; k < s->def->nresolution; ++k) {
-        for (int m = 0; m < OM_STUDY_NMETHOD; ++m) {
-            out->ncell += s->def->has_method[m];
-            out->ncell_met += score->cell[k][m].is_met;
-        }
-    }
-}
-
 OmStatus om__study_open(const OmStudyContactDef* def, const OmProgress* progress, Study* s) {
     memset(s, 0, sizeof *s);
     s->def = def;
@@ -364,7 +346,7 @@ OmStatus om_study_contact_run(const OmStudyContactDef* def, const OmProgress* pr
     OM_TRY_DONE(om__study_score(&s, score));
     OM_TRY_DONE(om__study_write_files(&s, score));
     OM_TRY_DONE(om__study_write_report(&s, score));
-    summarise(&s, score, summary);
+    *summary = score->sum;
     status = OM_OK;
 done:
     om_free(score);

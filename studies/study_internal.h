@@ -181,6 +181,7 @@ typedef struct StudyScore {
     StudySample refinement;   // mm, of the lesion between the two meshes of the truth
     StudySample force_check;  // %, of the force between them
     StudySample sink;         // mm
+    OmStudyContactSummary sum;
 } StudyScore;
 
 // Compute missing meshes, truth and runs; om__study_close frees, also on failure.
@@ -198,15 +199,6 @@ OmStatus om__study_write_report(const Study* s, const StudyScore* score);
 OmStatus om__study_add_pictures(const Study* s, OmReport* report);
 
 // ---- the calibration study ------------------------------------------------------------------------
-
-typedef enum StudyBy {  // the model that predicts a lesion's position
-    BY_GEL,             // particles with the gel's parameters
-    BY_TUNED,           // particles fine-tuned on one lesion
-    BY_PRESCRIBED,      // finite elements, prescribed displacement
-    BY_PENALTY,
-    BY_RIGID,  // moved rigidly with the probe
-    NBY
-} StudyBy;
 
 typedef struct StudyFit {  // particles compared with the truth of one body
     const OmStudyCalibrationDef* def;
@@ -242,12 +234,12 @@ typedef struct StudyCalibration {
     const OmStudyCalibrationDef* def;
     StudyFit gel, breast;
     // of the breast's lesions, m; negative where truth or model did not reach the depth
-    double error[NBY][OM_STUDY_MAX_LESION][OM_STUDY_NDEPTH];
+    double error[OM_STUDY_NFIT][OM_STUDY_MAX_LESION][OM_STUDY_NDEPTH];
     OmStudyCalibrationSummary sum;
 } StudyCalibration;
 
-extern const char* const om__study_by_name[NBY];  // for files
-extern const char* const om__study_by_title[NBY];
+extern const char* const om__study_by_name[OM_STUDY_NFIT];  // for files
+extern const char* const om__study_by_title[OM_STUDY_NFIT];
 // Does this deformation count? It does from 15 mm on, if every method reached it.
 bool om__study_counts(const StudyCalibration* s, int lesion, int depth);
 OmStatus om__study_report_calibration(const StudyCalibration* s);

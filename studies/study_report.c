@@ -41,28 +41,15 @@ static const ThesisRow* find_thesis(int ntet) {
 // ---- result -----------------------------------------------------------------------------------------
 
 static void add_outcome(const Study* s, const StudyScore* score, OmReport* report) {
-    int ncell = 0, nmet = 0, nrun = 0, nwhole = 0;
-    double worst = 100;
-    for (int k = 0; k < s->def->nresolution; ++k) {
-        for (int m = 0; m < NMETHOD; ++m) {
-            const StudyCell* c = &score->cell[k][m];
-            if (!s->def->has_method[m]) continue;
-            ++ncell;
-            nmet += c->is_met;
-            nrun += c->nrun;
-            worst = fmin(worst, c->stability.min);
-        }
-    }
-    for (int i = 0; i < s->nrun; ++i)
-        nwhole += s->run[i].nrecord && s->run[i].ndone == s->run[i].nstep;
-    if (nmet == ncell)
+    const OmStudyContactSummary* sum = &score->sum;
+    if (sum->ncell_met == sum->ncell)
         om__report_judge(report, true, "All %d combinations of method and mesh meet all criteria.",
-                         ncell);
+                         sum->ncell);
     else
         om__report_judge(
             report, false,
             "%d of %d combinations of method and mesh meet all criteria; the others are listed below.",
-            nmet, ncell);
+            sum->ncell_met, sum->ncell);
     om__report_say(
         report,
         "Criteria: every method completes every path at every resolution, where completed means "
@@ -74,8 +61,8 @@ static void add_outcome(const Study* s, const StudyScore* score, OmReport* repor
         report,
         "paths completed|of the path in the worst run|lesions|triangles of the contact "
         "surface|between the two meshes of the truth (median)",
-        "%d of %d|%.0f %%|%d|%d|%.2f mm", nwhole, nrun, worst, s->nlesion, s->surface.ntri,
-        score->refinement.median);
+        "%d of %d|%.0f %%|%d|%d|%.2f mm", sum->ncomplete, sum->nrun, 100 * sum->worst_stability,
+        s->nlesion, s->surface.ntri, score->refinement.median);
 }
 
 static void add_misses(const Study* s, const StudyScore* score, OmReport* report) {

@@ -126,6 +126,25 @@ static StudySample sample_truth(const Study* s, int what, double* value) {
     return om__study_sample(value, n);
 }
 
+static void summarise(const Study* s, StudyScore* score) {
+    OmStudyContactSummary* out = &score->sum;
+    out->nnew = s->nmade;
+    out->worst_stability = 1;
+    for (int i = 0; i < s->nrun; ++i) {
+        const StudyRun* run = &s->run[i];
+        if (!run->nrecord) continue;
+        out->nrun++;
+        out->ncomplete += run->ndone == run->nstep;
+        out->worst_stability = fmin(out->worst_stability, (double)run->ndone / run->nstep);
+    }
+    for (int k = 0; k < s->def->nresolution; ++k) {
+        for (int m = 0; m < OM_STUDY_NMETHOD; ++m) {
+            out->ncell += s->def->has_method[m];
+            out->ncell_met += score->cell[k][m].is_met;
+        }
+    }
+}
+
 OmStatus om__study_score(const Study* s, StudyScore* score) {
     memset(score, 0, sizeof *score);
     size_t room = (size_t)s->nlesion * OM_STUDY_MAX_STEP;
@@ -143,6 +162,7 @@ OmStatus om__study_score(const Study* s, StudyScore* score) {
     score->refinement = sample_truth(s, 0, value);
     score->force_check = sample_truth(s, 1, value);
     score->sink = sample_truth(s, 2, value);
+    summarise(s, score);
     om_free(value);
     return OM_OK;
 }

@@ -52,10 +52,10 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyCalibrationDef* def) {
 }
 
 static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
-    om_cli_figure("unseen_particles_mm", 1e3 * r->unseen_tuned);
-    om_cli_figure("unseen_gel_mm", 1e3 * r->unseen_gel);
-    om_cli_figure("unseen_elements_mm", 1e3 * r->unseen_prescribed);
-    om_cli_figure("unseen_rigid_mm", 1e3 * r->unseen_rigid);
+    om_cli_figure("unseen_particles_mm", 1e3 * r->unseen[OM_FIT_TUNED]);
+    om_cli_figure("unseen_gel_mm", 1e3 * r->unseen[OM_FIT_GEL]);
+    om_cli_figure("unseen_elements_mm", 1e3 * r->unseen[OM_FIT_PRESCRIBED]);
+    om_cli_figure("unseen_rigid_mm", 1e3 * r->unseen[OM_FIT_RIGID]);
     om_cli_figure("evaluations", r->neval);
     om_cli_path(dir);
     printf("gel: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm\n", 1e3 * r->gel[0],
@@ -65,8 +65,8 @@ static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
            1e3 * r->tuned_start);
     printf("unseen lesions: particles %.2f mm (gel's parameters %.2f), finite elements %.2f, "
            "rigid %.2f\n",
-           1e3 * r->unseen_tuned, 1e3 * r->unseen_gel, 1e3 * r->unseen_prescribed,
-           1e3 * r->unseen_rigid);
+           1e3 * r->unseen[OM_FIT_TUNED], 1e3 * r->unseen[OM_FIT_GEL],
+           1e3 * r->unseen[OM_FIT_PRESCRIBED], 1e3 * r->unseen[OM_FIT_RIGID]);
     printf("%d evaluations (%d new); criterion: %s\nreport: %s/report.html\n", r->neval, r->nnew,
            r->is_met ? "met" : "missed", dir);
 }

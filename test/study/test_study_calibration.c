@@ -66,10 +66,11 @@ static void test_study(void** unused) {
     assert_ok(om_study_calibration_run(&def, NULL, &sum));
     printf("gel %.2f -> %.2f mm, lesion %.2f -> %.2f mm, unseen %.2f mm, rigid %.2f mm\n",
            1e3 * sum.gel_start, 1e3 * sum.gel_error, 1e3 * sum.tuned_start, 1e3 * sum.tuned_error,
-           1e3 * sum.unseen_tuned, 1e3 * sum.unseen_rigid);
+           1e3 * sum.unseen[OM_FIT_TUNED], 1e3 * sum.unseen[OM_FIT_RIGID]);
     assert_true(sum.nnew == sum.neval && sum.neval > 8);
     assert_true(sum.gel_error <= sum.gel_start && sum.tuned_error <= sum.tuned_start);
-    assert_true(sum.unseen_tuned > 0 && sum.unseen_prescribed > 0 && sum.nunseen > 0);
+    assert_true(sum.unseen[OM_FIT_TUNED] > 0 && sum.unseen[OM_FIT_PRESCRIBED] > 0 &&
+                sum.nunseen > 0);
     for (int i = 0; i < OM_STUDY_NCLUSTER; ++i) assert_true(isfinite(sum.tuned[i]));
     assert_true(sum.gel[1] >= 0.5 * sum.gel[0] && sum.tuned[1] >= 0.5 * sum.tuned[0]);
     char* first = read_errors();
