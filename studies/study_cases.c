@@ -12,15 +12,16 @@
 #define MAX_FILE ((size_t)256 << 20)
 #define MARK 0x4d41544348303033ull  // of a file, with its version
 
-OmStatus om__study_check(const char* study, const char* out_dir, int nworker,
+OmStatus om__study_check(const char* study, bool is_made, const char* out_dir, int nworker,
                          const StudyRange* range, int nrange) {
-    OM_CHECK(out_dir, OM_INVALID, "%s: no folder, or a definition not made by default_def", study);
+    OM_CHECK(is_made, OM_INVALID, "%s: a definition not made by its default_def", study);
+    OM_CHECK(out_dir, OM_INVALID, "%s: no folder", study);
     OM_CHECK(nworker >= 0 && nworker <= OM_MAX_WORKER, OM_INVALID, "%s: nworker is %d: 0 to %d",
              study, nworker, OM_MAX_WORKER);
     for (int i = 0; i < nrange; ++i)
         OM_CHECK(range[i].value >= range[i].least && range[i].value <= range[i].most, OM_INVALID,
-                 "%s: %s is %g: %g to %g", study, range[i].name, range[i].value, range[i].least,
-                 range[i].most);
+                 "%s: %s is %.10g: %.10g to %.10g", study, range[i].name, range[i].value,
+                 range[i].least, range[i].most);
     return OM_OK;
 }
 

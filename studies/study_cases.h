@@ -19,10 +19,10 @@ typedef struct StudyRange {  // a field of a definition, and its bounds
 
 // OM_INVALID, with a message that names study and field: a definition that no default_def made, without a folder, or
 // with a field out of its range.
-#define STUDY_CHECK(study, def, made, range)                                                       \
-    om__study_check(study, (def)->cookie == (made) ? (def)->out_dir : NULL, (def)->nworker, range, \
+#define STUDY_CHECK(study, def, made, range)                                               \
+    om__study_check(study, (def)->cookie == (made), (def)->out_dir, (def)->nworker, range, \
                     (int)(sizeof(range) / sizeof *(range)))
-OmStatus om__study_check(const char* study, const char* out_dir, int nworker,
+OmStatus om__study_check(const char* study, bool is_made, const char* out_dir, int nworker,
                          const StudyRange* range, int nrange);
 
 // ---- files ------------------------------------------------------------------------------------------

@@ -110,7 +110,7 @@ static void test_nonsense(void** unused) {
     assert_status(om_study_attachments_run(&def, &stop, &sum), OM_CANCELLED);
     def.nworker = -1;
     assert_refused(def, "nworker is -1");
-    assert_refused((OmStudyAttachmentsDef){.out_dir = dir}, "om_study_attachments_default_def");
+    assert_refused((OmStudyAttachmentsDef){.out_dir = dir}, "not made by its default_def");
     assert_refused(om_study_attachments_default_def(NULL), "no folder");
 }
 

@@ -1,12 +1,29 @@
 // test_study_cases.c: files of results, and cases that are found or made by several threads.
 #include "studies/study_cases.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "test_alloc.h"
 #include "test_folder.h"
 
 #define N 7
+
+// Bounds are inside; a NaN, a value beyond and one below are refused, and named.
+static void test_ranges(void** unused) {
+    (void)unused;
+    StudyRange range[] = {{"n", 3, 1, 3}, {"share", 0, 0, 1}};
+    assert_ok(om__study_check("study", true, dir, 2, range, 2));
+    assert_status(om__study_check("study", false, dir, 2, range, 2), OM_INVALID);
+    assert_status(om__study_check("study", true, NULL, 2, range, 2), OM_INVALID);
+    assert_status(om__study_check("study", true, dir, OM_MAX_WORKER + 1, range, 2), OM_INVALID);
+    const double wrong[] = {-0.5, 1.5, (double)NAN};
+    for (int k = 0; k < 3; ++k) {
+        range[1].value = wrong[k];
+        assert_status(om__study_check("study", true, dir, 0, range, 2), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "study: share is "));
+    }
+}
 
 // A result is read back by its setup alone; changed bytes, another length and another setup are not read.
 static void test_parts(void** unused) {
@@ -142,9 +159,9 @@ static void test_memory(void** unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_parts), cmocka_unit_test(test_failure),
-                                       cmocka_unit_test(test_continue),
-                                       cmocka_unit_test(test_cancel),
-                                       cmocka_unit_test(test_memory)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ranges),  cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_failure), cmocka_unit_test(test_continue),
+        cmocka_unit_test(test_cancel),  cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }

@@ -78,12 +78,11 @@ static void test_nonsense(void** unused) {
     (void)unused;
     OmStudyCorrespondenceDef def = quick_def();
     def.spacing = 0.001;
-    assert_refused(def, "spacing is 0.001 m: 0.002 to 0.02");
+    assert_refused(def, "spacing is 0.001: 0.002 to 0.02");
     def = quick_def();
     def.nworker = -1;
     assert_refused(def, "nworker is -1");
-    assert_refused((OmStudyCorrespondenceDef){.out_dir = dir},
-                   "om_study_correspondence_default_def");
+    assert_refused((OmStudyCorrespondenceDef){.out_dir = dir}, "not made by its default_def");
     assert_refused(om_study_correspondence_default_def(NULL), "no folder");
 }
 

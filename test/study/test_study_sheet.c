@@ -133,7 +133,7 @@ static void test_nonsense(void** unused) {
     def = small_def();
     def.generations = 2;
     assert_refused(def, "lift.yaml is of a study with other settings");
-    assert_refused((OmStudySheetDef){.out_dir = dir}, "om_study_sheet_default_def");
+    assert_refused((OmStudySheetDef){.out_dir = dir}, "not made by its default_def");
     assert_refused(om_study_sheet_default_def(NULL), "no folder");
 }
 

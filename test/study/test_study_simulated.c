@@ -303,7 +303,7 @@ static void test_nonsense(void** unused) {
     def = quick_def();
     def.nsolve = -2;
     assert_refused(def, "nsolve is -2");
-    assert_refused((OmStudySimulatedDef){.out_dir = dir}, "om_study_simulated_default_def");
+    assert_refused((OmStudySimulatedDef){.out_dir = dir}, "not made by its default_def");
     assert_refused(om_study_simulated_default_def(NULL), "no folder");
     def = quick_def();
     def.weights = "/none/there.safetensors";
