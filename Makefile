@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup python configure build wheel demo check check-all slow arm64 mutants tsan bench figures pictures keys doc install format fuzz tidy clean
+.PHONY: help setup python configure build wheel demo check check-all slow arm64 mutants tsan bench figures pictures gallery keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -74,6 +74,9 @@ figures: ## copy README's figures from doc/figures.md; list the figures whose co
 
 pictures: build ## the pictures of doc/view.md, made again in Chromium (needs node, build/node as in .ci/run)
 	@NODE_PATH=build/node/node_modules node test/view/pictures.js $(RELEASE)/bin/omentum scenes doc/images
+
+gallery: build ## the pictures of doc/gallery.md, made again by the commands that it prints (ten minutes)
+	@python3 tools/gallery.py
 
 doc: build ## the site: pages, gallery, tutorials, commands, headers; build/doc/html/index.html (needs doxygen)
 	@command -v doxygen > /dev/null || { echo "make doc: doxygen is missing; install the package doxygen" >&2; exit 1; }

@@ -84,6 +84,12 @@ def squeeze(rows):
     return zlib.compress(b"".join(b"\1" + line for line in lines), 9)
 
 
+def side_by_side(path, width, pictures):
+    """One picture of several, each of this width."""
+    small = [shrink(*read(part), width) for part in pictures]
+    write(path, [[(b"\xff" * 3 * GAP).join(lines) for lines in zip(*small)]], 0)
+
+
 def write(path, pictures, seconds):
     """One picture, or several of one size that are shown in turn, for ever."""
     width, height, n = len(pictures[0][0]) // 3, len(pictures[0]), len(pictures)
@@ -111,9 +117,10 @@ def main():
         seconds, args = float(args[1]), args[2:]
     if len(args) < 3:
         sys.exit(__doc__)
-    small = [shrink(*read(path), int(args[1])) for path in args[2:]]
-    side_by_side = [[(b"\xff" * 3 * GAP).join(lines) for lines in zip(*small)]]
-    write(args[0], small if seconds else side_by_side, seconds)
+    if not seconds:
+        return side_by_side(args[0], int(args[1]), args[2:])
+    write(args[0], [shrink(*read(path), int(args[1])) for path in args[2:]], seconds)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -24,6 +24,7 @@ MEND = [
     (r'<p ?><a class="anchor" id="md_[^"]*"></a></p>|<a class="anchor" id="md_[^"]*"></a>', ""),  # named after a path of this machine
     (r'<div id="nav-path".*?</ul>\s*</div>', ""),
     (r" (?:File|Struct|Union) Reference(?=</)", ""),
+    (r'<object type="image/svg\+xml" data="([^"]*)"[^>]*>([^<]*)</object>', r'<img src="\1" alt="\2">'),
     (r"href=\"(\w+)_8md\.html", lambda found: f'href="{found.group(1).replace("__", "_")}.html'),  # words such as "banet.md"
 ]
 

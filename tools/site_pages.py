@@ -29,7 +29,7 @@ TITLE = {"index": "Start", "gallery": "Gallery", "commands": "Commands", "tutori
          "gym": "Gymnasium", "cli": "Exit codes, JSON, files", "style": "How the code reads"}
 # The list at the left: what is not named in a group here stands in "Rooms" or "Notes".
 GROUPS = [
-    ("", ["index", "tutorials", "commands", "examples", "doc"]),
+    ("", ["index", "gallery", "tutorials", "commands", "examples", "doc"]),
     ("Use it", ["scene", "scene_keys", "view", "defras", "dvrk", "study", "from_other_tools", "figures", "limits", "glossary"]),
     ("Program with it", ["python", "gym", "samples", "api", "cli", "libraries"]),
     ("Change it", ["contributing", "architecture", "style", "check_times", "security", "changelog"]),

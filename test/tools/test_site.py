@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The site of `make doc` without Doxygen: how pages are rewritten, and what the check of the finished pages finds."""
+import base64
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -9,6 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
+import gallery  # noqa: E402
 import site_finish  # noqa: E402
 import site_pages  # noqa: E402
 
@@ -90,6 +93,42 @@ class Finish(unittest.TestCase):
             done, _, _ = self.run_on({"index.html": f'<a href="b.html">b</a> <a href="{link}">c</a>', "b.html": '<h1 id="place">x</h1>'})
             self.assertEqual(done.returncode, 1, link)
             self.assertIn(link.split("#")[0], done.stdout.split("\n")[0])
+
+
+class Gallery(unittest.TestCase):
+    def test_twelve_pictures_each_with_its_commands(self):
+        sections = re.split(r"^## ", gallery.PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
+        self.assertEqual(len(sections), 12)
+        for section in sections:
+            shown = re.findall(r"^!\[[^]]{10,}\]\((images/\S+)\)$", section, flags=re.M)
+            self.assertEqual(len(shown), 1, section)
+            self.assertRegex(section, r"(?m)^```\n(\./omentum |tools/|cmake )")
+            made = [f"images/gallery/{name}" for name, *_ in gallery.entries("## " + section)]
+            self.assertEqual(made, shown if "gallery/" in shown[0] else [], "its comment names another picture")
+
+    def test_pictures_are_small_and_used(self):
+        names = {name for name, *_ in gallery.entries(gallery.PAGE.read_text(encoding="utf-8"))}
+        files = list((gallery.ROOT / "doc/images/gallery").iterdir())
+        self.assertEqual({f.name for f in files}, names)
+        self.assertLessEqual(max(f.stat().st_size for f in files), gallery.MOST)
+        self.assertLessEqual(sum(f.stat().st_size for f in files), 1200000)
+
+    def test_entries(self):
+        text = "# A\n## B\n```\nrun\n```\n<!-- picture: images/gallery/c.png from: out/d.html #2 #10 width: 300 -->\n## E\n"
+        self.assertEqual(list(gallery.entries(text)), [("c.png", "out/d.html", [2, 10], 300, "run\n")])
+
+    def test_pictures_of_pages_and_notebooks(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page, notebook = pathlib.Path(folder, "a.html"), pathlib.Path(folder, "a.ipynb")
+            data = base64.b64encode(b"one").decode()
+            style = "<style>:root{--a:#000}p{x:y}svg text{fill:red}@media print{svg text{fill:blue}.a{b:c}}</style>"
+            page.write_text(f'{style}<img src="data:image/png;base64,{data}"><svg viewBox="0 0 90 40" aria-label="x"><g/></svg>')
+            notebook.write_text(json.dumps({"cells": [{"outputs": [{"data": {"image/png": data}}]}, {}]}))
+            self.assertEqual(gallery.embedded(page), [b"one"])
+            self.assertEqual(gallery.embedded(notebook), [b"one"])
+            svg = gallery.drawing(page, 1)
+            for part in ('viewBox="-10 -10 110 60"', ":root{--a:#000}svg text{fill:red}</style>", 'aria-label="x"', "<g/></svg>"):
+                self.assertIn(part, svg)
 
 
 if __name__ == "__main__":
