@@ -127,10 +127,12 @@ static void print_row(void* ctx, const OmRlTrainRow* r) {
     double *last = ctx, now = om_clock_now();
     if (now - *last < 10 && !isfinite(r->eval_score)) return;
     *last = now;
-    fprintf(stderr,
-            "%10lld steps  %6lld episodes  return %9.2f  score %7.3f  entropy %6.3f  %6.1f s",
-            (long long)r->step, (long long)r->nepisode, r->mean_return, r->mean_score, r->entropy,
-            r->seconds);
+    fprintf(stderr, "%10lld steps  %6lld episodes", (long long)r->step, (long long)r->nepisode);
+    if (isfinite(r->mean_return))
+        fprintf(stderr, "  return %9.2f  score %7.3f", r->mean_return, r->mean_score);
+    else
+        fprintf(stderr, "  %-31s", "none has ended yet");  // as wide as return and score
+    fprintf(stderr, "  entropy %6.3f  %6.1f s", r->entropy, r->seconds);
     if (isfinite(r->eval_score)) fprintf(stderr, "  evaluation %7.3f", r->eval_score);
     fprintf(stderr, "\n");
 }

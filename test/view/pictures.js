@@ -1,8 +1,9 @@
 // pictures.js: the pictures of doc/view.md, made again: pages at the size of a desk and of a phone.
 //
-//     NODE_PATH=build/node/node_modules node test/view/pictures.js build/release/bin/omentum scenes doc/images [NAME]
+//     NODE_PATH=build/node/node_modules node test/view/pictures.js build/release/bin/omentum scenes doc/images [NAME [RUNS]]
 //
 // It makes the demo and a run with updates first (two minutes on two cores), in a folder of its own. NAME: one picture alone.
+// RUNS: a folder that has these runs already, as `demo` and `learnt`.
 'use strict';
 
 const { execFileSync } = require('node:child_process');
@@ -11,12 +12,12 @@ const os = require('node:os');
 const path = require('node:path');
 const { start, open, run, errors } = require('./program.js');
 
-const [, , program, scenes, folder, only] = process.argv;
+const [, , program, scenes, folder, only, runs] = process.argv;
 const DESK = { width: 1100, height: 700 }, PHONE = { width: 390, height: 780 };
 const made = fs.mkdtempSync(path.join(os.tmpdir(), 'om_pictures_'));
 
 const make = (name, args) => {
-  const out = path.join(made, name);
+  const out = path.join(runs || made, name);
   if (!fs.existsSync(out))
     try { execFileSync(program, [...args, '-q', '-o', out], { stdio: 'ignore' }); } catch (e) { if (e.status !== 1) throw e; }  // 1: not exposed
   return out;
@@ -31,6 +32,16 @@ async function live(browser, args, size) {
   const page = await open(browser, url, size);
   await page.waitForFunction(() => window.live && live.mode && live.hasControl && live.log.frames.length > 2);
   return page;
+}
+
+// Wait for a state of a live page. On a slow machine a page may be silent for two seconds, which pauses its run: it continues here.
+async function reach(page, done) {
+  for (let k = 0; k < 300; ++k) {
+    if (await page.evaluate(done)) return;
+    await page.evaluate(() => { if (live.isPaused && live.hasControl) live.send('go'); });
+    await page.waitForTimeout(1000);
+  }
+  throw new Error(`after five minutes: not yet ${done}`);
 }
 
 async function recorded(browser, dir, time, size) {
@@ -97,15 +108,17 @@ const PICTURES = {
     await press(page, 'brush', 'held here');
     await drag(page, await onTissue(page, -0.6, 0.5), await onTissue(page, 0.6, 0.5));
     await page.mouse.up();
-    await page.waitForFunction(() => live.nanswer === 0 && live.story.length > 3);
-    await page.waitForFunction(() => live.log.points[0].at(-1).x.length > 0);
-    await page.waitForTimeout(2000);
+    await reach(page, () => live.nanswer === 0 && live.story.length > 3 && live.log.points[0].at(-1).x.length > 0 &&
+      document.getElementById('wants').textContent === 'May this plan begin?');
+    await page.waitForTimeout(1000);
     return page;
   },
   view_phone: async (browser) => {
     const page = await live(browser, [path.join(scenes, 'belief.yaml'), '--approve'], PHONE);
-    await page.evaluate(() => live.send('yes'));
-    await page.waitForFunction(() => live.log.frames.at(-1).time > 7);
+    await reach(page, () => {
+      if (document.getElementById('wants').textContent === 'May this plan begin?') live.send('yes');
+      return live.log.frames.at(-1).time > 9;
+    });
     return page;
   },
 };
