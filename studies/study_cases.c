@@ -124,7 +124,10 @@ OmStatus om__study_each(int n, int batch, int nworker, StudyCaseFn* fn, void* ct
         if (what) status = om_progress_report(progress, what, i, n);
         if (status < 0) break;
         Batch b = {fn, ctx, i, task};
-        om_parallel_for(nworker, m, 1, run_range, &b);
+        if (batch == 1)
+            run_range(&b, 0, m, 0);  // not in a loop, in which a case would have one worker
+        else
+            om_parallel_for(nworker, m, 1, run_range, &b);
         for (int k = 0; k < m && status >= 0; ++k)
             if (task[k].status < 0) status = om_error(task[k].status, "%s", task[k].message);
     }

@@ -54,6 +54,7 @@ typedef struct Squares {
     uint64_t seed;
     int bad;     // the case that fails; -1: none
     int folder;  // part of the name
+    bool was_inside;
     int nmade[N];
 } Squares;
 
@@ -67,6 +68,7 @@ static OmStatus name_square(const void* ctx, int i, char name[64], uint64_t* has
 static OmStatus make_square(void* ctx, int i, void* result) {
     Squares* s = ctx;
     ++s->nmade[i];
+    s->was_inside = om_worker_is_inside();
     if (i == s->bad) return om_error(OM_INVALID, "case %d is bad", i);
     *(int*)result += i * i;  // 0 before
     return OM_OK;
@@ -108,6 +110,7 @@ static void test_continue(void** unused) {
     StudyCases c = squares(&s, result, 1);
     assert_ok(om__cases_run(&c, NULL));
     assert_int_equal(c.nmissing, 4);
+    assert_false(s.was_inside);  // one case at a time may have several workers
     const int made[N] = {0, 0, 0, 1, 1, 1, 1};
     assert_memory_equal(s.nmade, made, sizeof made);
     for (int i = 0; i < N; ++i) assert_int_equal(result[i], i * i);
