@@ -166,6 +166,29 @@ OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 ///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
+/// The arms of a simulated world apart from its tissue, for a program whose arms must keep time while the tissue steps
+/// in another thread, as a robot does: a world without sources, whose arms move, measure and end where those of `world`
+/// are now. It has snapshots. A jaw that closes waits for the tissue's answer near the angle at which tissue stops it.
+///
+///     om_world_create_arms(world, &arms);
+///     om_world_advance(arms, dt); om_world_observe(arms, 0, &obs);   // one thread, as often as it likes
+///     om_world_save(arms, block);                                    //
+///     om_world_set_arms(world, block);                               // the thread of the tissue, with its block
+///     om_world_advance_tissue(world, dt_tissue);                     //
+///     om_world_answer_arms(world, arms);                             // while neither of both is at work
+///
+/// @return OM_OK; OM_UNAVAILABLE (not a simulated world); OM_NO_MEMORY
+OM_API OmStatus om_world_create_arms(const OmWorld* world, OmWorld** arms);
+/// Put the arms of a simulated world, and its clock, where a snapshot of its arms has them. The tissue is unchanged.
+/// @return OM_OK; OM_UNAVAILABLE (not a simulated world)
+OM_API OmStatus om_world_set_arms(OmWorld* world, const void* block);
+/// Advance the tissue alone by `dt` seconds: jaws that have closed grasp it, open ones let go, tips pull it. The clock of
+/// the world stays that of its arms.
+/// @return as om_world_advance; OM_UNAVAILABLE (not a simulated world)
+OM_API OmStatus om_world_advance_tissue(OmWorld* world, double dt);
+/// Let the arms know which of them hold tissue.
+/// @return OM_OK; OM_UNAVAILABLE (`world` is not simulated); OM_INVALID (`arms` are not of om_world_create_arms)
+OM_API OmStatus om_world_answer_arms(const OmWorld* world, OmWorld* arms);
 /// The endoscope of a scene: intrinsics, and its pose at a site.
 OM_API OmCamera om_world_endoscope(const OmScene* scene, const OmSite* site);
 /// The endoscope's view of the ROI over fixed anatomy and tissue, without tools: for trials of motions on a body alone.

@@ -8,31 +8,14 @@
 #include "omentum/robot.h"
 #include "omentum/sense.h"
 #include "omentum/world.h"
+#include "world/world_arm.h"
 #include "world/world_damage.h"
 #include "world/world_view.h"
 
-#define JAW_CLOSED (20.0 * OM_PI / 180.0)    // below: tissue is grasped (Alg. 4)
-#define JAW_ON_TISSUE (5.0 * OM_PI / 180.0)  // tissue between the jaws stops them here
-#define JAW_SPEED 3.0                        // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
 #define RCM_HEIGHT 0.13   // m over the board
 #define RCM_OUT 0.045     // m beyond the tissue's edge
 #define PARK_HEIGHT 0.07  // m, height of parked tools
-
-typedef struct ArmState {
-    double q[OM_PSM_NJOINT];
-    OmPose tip;        // pose_world_tip
-    OmPose set, goal;  // the same, as the arm measures it, without tremor; of a motion
-    double speed;      // m/s
-    double jaw, jaw_goal, jaw_speed;  // rad, rad/s
-    bool is_moving;
-} ArmState;
-
-typedef struct SimState {  // with the body's state: all that changes
-    ArmState arm[OM_MAX_ARM];
-    double time;     // s
-    uint64_t nstep;  // for the noise of measured tips
-} SimState;
 
 typedef struct Tool {  // the constants of an arm, and data computed from its state
     OmPsm psm;
@@ -59,6 +42,7 @@ typedef struct SimWorld {
     OmWindow window;  // of OM_OBSERVE_WINDOW
     OmWorldDamage damage;
     bool is_sense_stale;
+    int nclose[OM_MAX_ARM];  // closings that the tissue has followed, of om_world_advance_tissue
 } SimWorld;
 
 static void sim_destroy(OmWorld* world) {
@@ -97,14 +81,6 @@ OmPose om_world_place_tip(const OmSite* site, int index) {
     return om_pose_mul(site->pose_world_task, (OmPose){park, om_quat_from_mat3(down)});
 }
 
-// The constant error of an arm's calibration: where it measures its tip, less where the tip is.
-static OmVec3 tool_offset(const SimWorld* w, int index) {
-    OmRng rng = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)index);
-    double still[3];
-    for (int i = 0; i < 3; ++i) still[i] = om_rng_normal(&rng);
-    return om_scale(w->scene->world.tool_noise, om_load3(still, 0));
-}
-
 static OmStatus place_arm(SimWorld* w, int index) {
     ArmState* arm = &w->now.arm[index];
     Tool* tool = &w->tool[index];
@@ -112,7 +88,7 @@ static OmStatus place_arm(SimWorld* w, int index) {
     tool->psm = om_world_place_psm(w->site, index);
     arm->tip = om_world_place_tip(w->site, index);
     arm->set = arm->tip;
-    arm->set.p = om_add(arm->tip.p, tool_offset(w, index));
+    arm->set.p = om_add(arm->tip.p, om__world_arm_offset(w->scene, index));
     arm->goal = arm->set;
     const double zero[OM_PSM_NJOINT] = {0};
     OmStatus status = om_psm_inverse(&tool->psm, arm->tip, zero, arm->q);
@@ -123,49 +99,36 @@ static OmStatus place_arm(SimWorld* w, int index) {
     return om_psm_surface(&tool->psm, arm->q, arm->jaw, &tool->surface);
 }
 
-// Where the tip is when the arm measures itself at a pose.
-static OmPose true_pose(const SimWorld* w, int index, OmPose measured) {
-    return (OmPose){om_sub(measured.p, tool_offset(w, index)), measured.q};
-}
-
-// The arm steers by what it measures: it is at its goal when it measures itself there.
 static OmStatus sim_move(OmWorld* world, int index, OmPose goal, double speed) {
     SimWorld* w = (SimWorld*)world;
-    ArmState* arm = &w->now.arm[index];
-    double q[OM_PSM_NJOINT];
-    OmStatus status = om_psm_inverse(&w->tool[index].psm, true_pose(w, index, goal), arm->q, q);
-    if (status < 0) return om_error_prefix(status, "PSM%d", index + 1);
-    arm->goal = goal;
-    arm->speed = speed;
-    arm->is_moving = true;
-    return OM_OK;
+    return om__world_arm_move(w->scene, &w->tool[index].psm, index, goal, speed,
+                              &w->now.arm[index]);
 }
 
 static OmStatus sim_set_jaw(OmWorld* world, int index, double angle) {
     SimWorld* w = (SimWorld*)world;
-    const OmPsm* psm = &w->tool[index].psm;
-    w->now.arm[index].jaw_goal = fmax(psm->jaw_min, fmin(psm->jaw_max, angle));
+    om__world_arm_set_jaw(&w->tool[index].psm, angle, &w->now.arm[index]);
     return OM_OK;
 }
 
 static void sim_stop(OmWorld* world, int index) {
-    ArmState* arm = &((SimWorld*)world)->now.arm[index];
-    arm->goal = arm->set;
-    arm->is_moving = false;
+    om__world_arm_stop(&((SimWorld*)world)->now.arm[index]);
+}
+
+// Grasp the tissue at the tip; nothing between the jaws is no error.
+static OmStatus grasp(SimWorld* w, int index) {
+    int nheld;
+    OmStatus status =
+        om_body_grasp(w->body, index, w->now.arm[index].tip, w->scene->task.grasp_radius, &nheld);
+    return status < 0 && status != OM_INVALID ? status : OM_OK;
 }
 
 static OmStatus move_jaw(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     bool was_closed = arm->jaw < JAW_CLOSED;
-    double before = arm->jaw, limit = JAW_SPEED * dt;
-    double next = before + fmax(-limit, fmin(limit, arm->jaw_goal - before));
+    double before = arm->jaw, next = om__world_arm_next_jaw(arm, dt);
     bool is_closed = next < JAW_CLOSED;
-    if (is_closed && !was_closed) {
-        int nheld;  // 0: no tissue between the jaws, which is not an error
-        OmStatus status =
-            om_body_grasp(w->body, index, arm->tip, w->scene->task.grasp_radius, &nheld);
-        if (status < 0 && status != OM_INVALID) return status;
-    }
+    if (is_closed && !was_closed) OM_TRY(grasp(w, index));
     if (was_closed && !is_closed) om_body_release(w->body, index);
     arm->jaw = fmax(next, om_body_is_holding(w->body, index) ? JAW_ON_TISSUE : 0);
     arm->jaw_speed = (arm->jaw - before) / dt;
@@ -174,30 +137,24 @@ static OmStatus move_jaw(SimWorld* w, int index, double dt) {
 
 static OmStatus move_arm(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
-    if (arm->is_moving) {
-        bool is_there;
-        OmPose next = om_world_straight_step(arm->set, arm->goal, arm->speed, dt, &is_there);
-        arm->is_moving = !is_there;
-        const OmPose tip = true_pose(w, index, next);
-        // The goal is in reach, but a point of the path may be out of reach: the arm then stops.
-        if (om_psm_inverse(&w->tool[index].psm, tip, arm->q, arm->q) == OM_OK)
-            arm->set = next, arm->tip = tip;
-        else
-            sim_stop(&w->head, index);
-    }
+    om__world_arm_step(w->scene, &w->tool[index].psm, index, dt, arm);
     OM_TRY(move_jaw(w, index, dt));
     return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
+}
+
+static OmStatus step_tissue(SimWorld* w, double dt) {
+    OmBodyReport report;
+    OM_TRY(om_body_step(w->body, dt, &report));
+    w->is_sense_stale = true;
+    return om__world_damage_step(&w->damage, w->body);
 }
 
 static OmStatus sim_advance(OmWorld* world, double dt) {
     SimWorld* w = (SimWorld*)world;
     for (int a = 0; a < world->narm; ++a) OM_TRY(move_arm(w, a, dt));
-    OmBodyReport report;
-    OM_TRY(om_body_step(w->body, dt, &report));
-    OM_TRY(om__world_damage_step(&w->damage, w->body));
+    OM_TRY(step_tissue(w, dt));
     w->now.time += dt;
     ++w->now.nstep;
-    w->is_sense_stale = true;
     return OM_OK;
 }
 
@@ -292,26 +249,6 @@ done:
     return status;
 }
 
-static void observe_arms(const SimWorld* w, OmObservation* obs) {
-    for (int a = 0; a < w->head.narm; ++a) {
-        const ArmState* arm = &w->now.arm[a];
-        uint64_t stream = w->now.nstep * OM_MAX_ARM + (uint64_t)a;
-        // A constant offset of calibration, and a tremor of a twentieth of it.
-        OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, stream);
-        double tremor[3];
-        for (int i = 0; i < 3; ++i) tremor[i] = 0.05 * om_rng_normal(&now);
-        OmArmObservation* o = &obs->arm[a];
-        o->time = w->now.time;
-        o->tip.p = om_madd(arm->set.p, w->scene->world.tool_noise, om_load3(tremor, 0));
-        o->tip.q = arm->tip.q;
-        memcpy(o->q, arm->q, sizeof o->q);
-        o->jaw = arm->jaw;
-        o->jaw_speed = arm->jaw_speed;
-        o->jaw_goal = arm->jaw_goal;
-        o->is_moving = arm->is_moving;
-    }
-}
-
 // The force of the tissue acts at the tip. The point grasp of this model transmits no torque.
 static OmStatus observe_forces(SimWorld* w, OmObservation* obs) {
     double sigma = w->scene->world.force_noise;
@@ -335,7 +272,7 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     om_observation_done(obs);
     obs->time = w->now.time;
     obs->narm = world->narm;
-    observe_arms(w, obs);
+    om__world_arm_observe(w->scene, world->narm, &w->now, obs);
     OmStatus status = observe_forces(w, obs);
     if (status == OM_OK && what) status = refresh_sense(w);
     const bool has_picture = what & (OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW);
@@ -437,6 +374,59 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     else
         *world = &w->head;
     return status;
+}
+
+// ---- arms in another thread -------------------------------------------------------------------------------------
+
+static OmStatus check_simulated(const OmWorld* world) {
+    OM_CHECK(world && world->ops == &sim_ops, OM_UNAVAILABLE,
+             "the arms of a world that is not simulated cannot move apart from its tissue");
+    return OM_OK;
+}
+
+OmStatus om_world_create_arms(const OmWorld* world, OmWorld** arms) {
+    *arms = NULL;
+    OM_TRY(check_simulated(world));
+    const SimWorld* w = (const SimWorld*)world;
+    OM_TRY(om__world_arms_create(w->scene, world->narm, world->psm, &w->now, arms));
+    return om_world_answer_arms(world, *arms);
+}
+
+OmStatus om_world_set_arms(OmWorld* world, const void* block) {
+    OM_TRY(check_simulated(world));
+    SimWorld* w = (SimWorld*)world;
+    memcpy(&w->now, block, sizeof w->now);
+    w->is_sense_stale = true;
+    return OM_OK;
+}
+
+// A jaw that has opened and closed again between two steps lets go, and grasps where it is.
+static OmStatus follow_arm(SimWorld* w, int index) {
+    const ArmState* arm = &w->now.arm[index];
+    const bool is_closed = arm->jaw < JAW_CLOSED, is_another = arm->nclose != w->nclose[index];
+    if (om_body_is_holding(w->body, index) && (!is_closed || is_another))
+        om_body_release(w->body, index);
+    if (is_closed && is_another) OM_TRY(grasp(w, index));
+    w->nclose[index] = arm->nclose;
+    return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
+}
+
+OmStatus om_world_advance_tissue(OmWorld* world, double dt) {
+    OM_TRY(check_simulated(world));
+    OM_CHECK(dt > 0 && isfinite(dt), OM_INVALID, "time step is %g s; must be positive", dt);
+    SimWorld* w = (SimWorld*)world;
+    for (int a = 0; a < world->narm; ++a) OM_TRY(follow_arm(w, a));
+    return step_tissue(w, dt);
+}
+
+OmStatus om_world_answer_arms(const OmWorld* world, OmWorld* arms) {
+    OM_TRY(check_simulated(world));
+    OM_CHECK(om__world_is_arms(arms) && arms->narm == world->narm, OM_INVALID,
+             "these are no arms of om_world_create_arms");
+    const SimWorld* w = (const SimWorld*)world;
+    for (int a = 0; a < world->narm; ++a)
+        om__world_arms_answer(arms, a, w->nclose[a], om_body_is_holding(w->body, a));
+    return OM_OK;
 }
 
 OmBody* om_world_truth(OmWorld* world) {
