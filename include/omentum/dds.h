@@ -38,13 +38,13 @@ OM_API OmDdsDef om_dds_default_def(void);
 typedef struct OmDdsRobotDef {
     OmCookie cookie;
     OmDdsDef dds;
-    OmWorld* world;        // simulated, at rest, arms parked; borrowed
+    OmWorld* world;  // simulated, at rest, arms parked; borrowed, to be destroyed after the robot
     const OmScene* scene;  // borrowed, with the site
     const OmSite* site;
     // A second world of this scene and site: pictures are taken of it, from snapshots of the first, in another thread;
-    // borrowed; default null: the arms wait for each picture. Not used in lock-step.
+    // borrowed; default null: arms and tissue wait for each picture. Not used in lock-step
     OmWorld* eyes;
-    double rate;          // Hz, of arms and tissue; default 100, 1 to 1000
+    double rate;          // Hz, of the arms; default 100, 1 to 1000
     double picture_rate;  // Hz; default 30; 0: no pictures
     // Time advances only when a client asks for it (topic omentum/tick); default false: with the wall clock.
     bool is_lock_step;
@@ -66,7 +66,8 @@ OM_API OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* sce
 
 typedef struct OmDdsRobot OmDdsRobot;
 
-/// Arms PSM1 and PSM2 at the world's parked poses, disabled.
+/// Arms PSM1 and PSM2 at the world's parked poses, disabled. By the wall clock the arms are served `rate` times a
+/// second, whatever time the tissue needs: it steps in a thread of its own, and follows them.
 /// @return OM_OK; OM_INVALID (a field of the definition); OM_NO_MEMORY; OM_IO (Cyclone DDS refuses: the message says
 ///         why)
 OM_API OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot);
@@ -92,6 +93,11 @@ typedef struct OmDdsReport {
     int64_t nlate;          // periods longer than one and a half
     int64_t npicture;       // sent
     double picture_render;  // s, mean time to render and send one
+    int64_t nstep;          // of the tissue
+    double tissue_time;     // s of the tissue since the begin, by the wall clock
+    double step_max;        // s, the longest step of the tissue, by the wall clock
+    // Tissue's time in a second of the arms, by the wall clock; NAN in lock-step, and before the first step
+    double pace;
 } OmDdsReport;
 OM_API OmDdsReport om_dds_robot_report(const OmDdsRobot* robot);
 

@@ -7,8 +7,7 @@ static const OmCliOption option[] = {
     OM_CLI_OPTION_DDS,
     {"--time", NULL, "S", "end after S seconds of the simulated field", "until Ctrl-C", "s", 1e-3,
      1e9},
-    {"--rate", NULL, "HZ", "messages of the arms and steps of the tissue in a second", "100", "Hz",
-     1, 1000},
+    {"--rate", NULL, "HZ", "messages of the arms in a second", "100", "Hz", 1, 1000},
     {"--pictures", NULL, "HZ", "pictures and clouds in a second, while somebody reads them", "30",
      "Hz", 0, 1000},
     {"--lock-step", NULL, NULL, "time advances only with omentum retract --world dds"},
@@ -37,6 +36,8 @@ static const OmCliKey result_key[] = {
     {"late", "periods longer than one and a half"},
     {"pictures", "sent"},
     {"picture_ms", "mean to render and send one"},
+    {"tissue_pace", "seconds of the tissue in a second of the arms"},
+    {"step_max_ms", "the longest step of the tissue"},
 };
 
 OmStatus om_cli_dds(const OmCliArgs* args, OmDdsDef* dds) {
@@ -63,6 +64,9 @@ static void print_report(const OmDdsRobot* robot, double rate) {
             (long long)r.nlate, (long long)r.ntick);
     if (r.npicture > 0)
         printf("  pictures: %lld, %.1f ms each\n", (long long)r.npicture, 1e3 * r.picture_render);
+    if (isfinite(r.pace))
+        printf("  tissue: %.2f s in a second of the arms; %lld steps, the longest %.1f ms\n",
+               r.pace, (long long)r.nstep, 1e3 * r.step_max);
     om_cli_figure("time_s", r.time);
     om_cli_figure("wall_s", r.wall_time);
     om_cli_figure("commands", (double)r.ncommand);
@@ -73,6 +77,8 @@ static void print_report(const OmDdsRobot* robot, double rate) {
     om_cli_figure("late", (double)r.nlate);
     om_cli_figure("pictures", (double)r.npicture);
     om_cli_figure("picture_ms", 1e3 * r.picture_render);
+    om_cli_figure("tissue_pace", r.pace);
+    om_cli_figure("step_max_ms", 1e3 * r.step_max);
 }
 
 // Build the field, let it come to rest, serve it.

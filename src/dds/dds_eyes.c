@@ -1,10 +1,6 @@
 // dds_eyes.c: pictures of the simulated robot, and the stream for programs that watch.
 #include "dds/dds_robot.h"
 
-#include <sys/resource.h>
-
-#define LOOK_NICE 10  // of the thread that renders
-
 // ---- pictures -----------------------------------------------------------------------------------------------------
 
 static LinkMessage picture_message(const OmDdsRobot* r, const char* frame) {
@@ -66,9 +62,9 @@ OmStatus om__robot_publish_pictures(OmDdsRobot* r, unsigned what) {
 static OmStatus look(void* ctx, const OmProgress* progress) {
     OmDdsRobot* r = ctx;
     (void)progress;
-    // the arms come first; on Linux: of this thread and its children
-    (void)setpriority(PRIO_PROCESS, 0, LOOK_NICE);
+    om__robot_yield(r);
     OM_TRY(om_world_restore(r->def.eyes, r->snapshot));
+    OM_TRY(om_world_set_arms(r->def.eyes, r->look_pose));
     return take_pictures(r, r->def.eyes, r->wanted);
 }
 
@@ -82,10 +78,20 @@ OmStatus om__robot_end_look(OmDdsRobot* r) {
 }
 
 OmStatus om__robot_begin_look(OmDdsRobot* r, unsigned what) {
-    if (!r->def.eyes) return om__robot_publish_pictures(r, what);
     OM_TRY(om__robot_end_look(r));
     if (!what) return OM_OK;
-    OM_TRY(om_world_save(r->def.world, r->snapshot));
+    OM_TRY(om_world_save(r->arms, r->look_pose));
+    if (!r->def.eyes) {
+        OM_TRY(om__robot_end_step(r));
+        OM_TRY(om_world_set_arms(r->def.world, r->look_pose));
+        return om__robot_publish_pictures(r, what);
+    }
+    if (r->is_fresh) {
+        void* last = r->snapshot;
+        r->snapshot = r->fresh;
+        r->fresh = last;
+        r->is_fresh = false;
+    }
     r->wanted = what;
     return om_job_start(look, r, &r->job);
 }
@@ -107,5 +113,5 @@ OmStatus om__robot_show(OmDdsRobot* r) {
     for (int a = 0; a < r->narm; ++a) tool[a] = (OmWatchTool){r->hand[a].name, r->obs.arm[a].tip};
     tool[r->narm] = (OmWatchTool){r->ecm.name, r->endoscope.camera.pose_world_camera};
     return om_watch_send(r->watch, om__robot_stamp(r), tool, r->narm + 1,
-                         om_body_x(om_world_truth(r->def.world)));
+                         r->x ? r->x : om_body_x(om_world_truth(r->def.world)));
 }

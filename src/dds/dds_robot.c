@@ -156,7 +156,7 @@ static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
     Hand* hand = &r->hand[a];
     const Arm before = hand->core;
     if (om__arm_step(&hand->core, r->obs.time, dt)) {
-        const OmStatus moved = om_world_move(r->def.world, a, hand->core.setpoint, FAST);
+        const OmStatus moved = om_world_move(r->arms, a, hand->core.setpoint, FAST);
         if (moved < 0 && moved != OM_INVALID) return moved;
         if (moved < 0) {
             hand->core.setpoint = before.setpoint;
@@ -170,21 +170,23 @@ static OmStatus move_hand(OmDdsRobot* r, int a, double dt) {
         OM_TRY(
             om__robot_words(r, hand->warning, "no command in time: the arm stops before its goal"));
     }
-    return om_world_set_jaw(r->def.world, a, hand->core.jaw_goal);
+    return om_world_set_jaw(r->arms, a, hand->core.jaw_goal);
 }
 
 // Where a jaw stops: a jaw on tissue that closes keeps its goal, and its grip.
 static void see_jaw(OmDdsRobot* r, int a) {
     Arm* arm = &r->hand[a].core;
     const double jaw = r->obs.arm[a].jaw;
-    const bool is_holding = om_body_is_holding(om_world_truth(r->def.world), a);
+    const bool is_holding =
+        r->is_apart ? r->is_holding[a] : om_body_is_holding(om_world_truth(r->def.world), a);
     arm->jaw_stop = is_holding ? fmin(arm->jaw_goal, jaw) : jaw;
 }
 
 static OmStatus advance(OmDdsRobot* r, double dt) {
     for (int a = 0; a < r->narm; ++a) OM_TRY(move_hand(r, a, dt));
-    OM_TRY(om_world_advance(r->def.world, dt));
-    OM_TRY(om_world_observe(r->def.world, 0, &r->obs));
+    OM_TRY(om_world_advance(r->arms, dt));
+    OM_TRY(om_world_observe(r->arms, 0, &r->obs));
+    if (r->is_apart) om__robot_feel(r);
     for (int a = 0; a < r->narm; ++a) see_jaw(r, a);
     ++r->report.ntick;
     for (int a = 0; a < r->narm; ++a) {
@@ -226,7 +228,7 @@ static void wait_until(double time) {
     nanosleep(&t, NULL);
 }
 
-static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progress) {
+static OmStatus tick_by_clock(OmDdsRobot* r, double end, const OmProgress* progress) {
     const double dt = 1 / r->def.rate;
     double next = om_clock_now() + dt;
     while (r->obs.time < end - 0.5 * dt) {
@@ -234,6 +236,7 @@ static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progre
         wait_until(next);
         OM_TRY(om__robot_take_commands(r));
         OM_TRY(advance(r, dt));
+        OM_TRY(om__robot_follow(r));
         const bool is_free = !r->job || om_job_is_finished(r->job);
         if (r->def.picture_rate > 0 && is_free && r->obs.time >= r->next_picture) {
             OM_TRY(om__robot_publish_info(r));
@@ -245,7 +248,17 @@ static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progre
         next += dt;
         if (om_clock_now() - next > 0.1) next = om_clock_now();  // slower than time: no hurry after
     }
-    return om__robot_end_look(r);
+    return OM_OK;
+}
+
+static OmStatus run_by_clock(OmDdsRobot* r, double end, const OmProgress* progress) {
+    om__robot_hurry(r);
+    const OmStatus status = tick_by_clock(r, end, progress);
+    om__robot_rest(r);
+    if (status < 0 && status != OM_CANCELLED) return status;  // its message; destroy ends the jobs
+    OM_TRY(om__robot_end_look(r));
+    OM_TRY(om__robot_end_step(r));
+    return status;
 }
 
 // A tick: advance, send what is wanted, answer. An error of the world ends the robot; the client reads it first.
@@ -339,6 +352,31 @@ static OmStatus begin_hand(OmDdsRobot* r, int a) {
     return OM_OK;
 }
 
+// Arms apart from the tissue, with what they and the tissue pass to each other.
+static OmStatus part_arms(OmDdsRobot* r, const OmTetMesh* mesh) {
+    OM_TRY(om_world_create_arms(r->def.world, &r->arms));
+    r->is_apart = true;
+    r->apart_begun = r->step_begun = r->window_begun = r->obs.time;
+    r->pose = om_alloc(om_world_state_size(r->arms), 1);
+    if (!r->pose) return OM_NO_MEMORY;
+    r->look_pose = om_alloc(om_world_state_size(r->arms), 1);
+    if (!r->look_pose) return OM_NO_MEMORY;
+    OM_TRY(om_world_observe(r->def.world, 0, &r->felt));
+    if (r->watch) OM_ALLOC(r->x, 3 * (size_t)mesh->nvert);
+    if (r->x)
+        memcpy(r->x, om_body_x(om_world_truth(r->def.world)),
+               3 * (size_t)mesh->nvert * sizeof *r->x);
+    if (!r->def.eyes) return OM_OK;
+    const size_t size = om_world_state_size(r->def.world);
+    OM_CHECK(size > 0 && om_world_state_size(r->def.eyes) == size, OM_INVALID,
+             "OmDdsRobotDef.eyes is no world of this scene");
+    r->snapshot = om_alloc(size, 1);
+    if (!r->snapshot) return OM_NO_MEMORY;
+    r->fresh = om_alloc(size, 1);
+    if (!r->fresh) return OM_NO_MEMORY;
+    return om_world_save(r->def.world, r->snapshot);
+}
+
 static OmStatus begin(OmDdsRobot* r) {
     const unsigned has = om_world_sources(r->def.world);
     OM_TRY(om_world_observe(r->def.world, has & (OM_OBSERVE_DEPTH | OM_OBSERVE_IMAGE), &r->obs));
@@ -347,15 +385,10 @@ static OmStatus begin(OmDdsRobot* r) {
     r->narm = om_world_narm(r->def.world);
     for (int a = 0; a < r->narm; ++a) OM_TRY(begin_hand(r, a));
     OM_TRY(om__cloud_init(&r->depth.camera, &r->points));
-    if (r->def.eyes) {
-        const size_t size = om_world_state_size(r->def.world);
-        OM_CHECK(size > 0 && om_world_state_size(r->def.eyes) == size, OM_INVALID,
-                 "OmDdsRobotDef.eyes is no world of this scene");
-        r->snapshot = om_alloc(size, 1);
-        if (!r->snapshot) return OM_NO_MEMORY;
-    }
     const OmTetMesh* mesh = om_body_mesh(om_world_truth(r->def.world));
     if (r->def.igtl_port > 0) OM_TRY(om_watch_create(r->def.igtl_port, mesh, &r->watch));
+    r->arms = r->def.world;
+    if (!r->def.is_lock_step) OM_TRY(part_arms(r, mesh));
     if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
     if (r->def.record) OM_TRY(om__mcap_open(r->def.record, &r->mcap));
@@ -395,6 +428,8 @@ OmStatus om_dds_robot_end_record(OmDdsRobot* robot) {
 void om_dds_robot_destroy(OmDdsRobot* robot) {
     if (!robot) return;
     om_job_join(robot->job);
+    om_job_join(robot->step);
+    if (robot->is_apart) om_world_destroy(robot->arms);
     om__mcap_close(robot->mcap);
     om__link_destroy(robot->link);
     om__udp_close(robot->udp);
@@ -402,13 +437,21 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om_text_done(&robot->reply);
     om_observation_done(&robot->obs);
     om_observation_done(&robot->seen);
+    om_observation_done(&robot->felt);
+    om_free(robot->pose);
+    om_free(robot->look_pose);
     om_free(robot->snapshot);
+    om_free(robot->fresh);
+    om_free(robot->x);
     om__cloud_done(&robot->points);
     om_free(robot);
 }
 
 OmDdsReport om_dds_robot_report(const OmDdsRobot* robot) {
     OmDdsReport report = robot->report;
+    if (!robot->is_apart) report.nstep = report.ntick;
+    const double followed = robot->step_begun - robot->apart_begun;
+    report.pace = report.tissue_time > 0 ? report.tissue_time / followed : (double)NAN;
     report.time = robot->obs.time;
     report.wall_time = om_clock_now() - robot->begun;
     report.period_median = om__periods_quantile(&robot->periods, 0.5);

@@ -1,5 +1,5 @@
 // dds_robot.h: the parts of the simulated robot: dds_robot.c has its ticks, dds_publish.c the messages of its arms,
-// dds_eyes.c its pictures, dds_obey.c its commands.
+// dds_eyes.c its pictures, dds_obey.c its commands, dds_tissue.c the tissue beside arms by the wall clock.
 #ifndef OMENTUM_DDS_ROBOT_H
 #define OMENTUM_DDS_ROBOT_H
 
@@ -51,9 +51,28 @@ struct OmDdsRobot {
     int system[NSYSTEM], status;  // of the whole system
     Cloud points;                 // of the depth camera
     OmObservation obs;
-    OmObservation seen;   // with pictures
+    OmObservation seen;  // with pictures
+    // Of commands: by the wall clock arms apart from the tissue (owned), in lock-step the world.
+    OmWorld* arms;
+    bool is_apart;
+    OmJob* step;                     // of the tissue; null: none is under way
+    void* pose;                      // snapshot of the arms, for the step
+    double step_dt;                  // s of the step
+    double apart_begun, step_begun;  // s of the arms
+    double step_taken;               // s of the wall clock, that the step took
+    OmObservation felt;              // forces after the last step
+    bool is_holding[OM_MAX_ARM];     // the same
+    double* x;  // the same, vertices of the tissue, for programs that watch; null: none do
+    double window_begun, window_tissue;  // s of the arms; s of the tissue since then
+    bool has_said_slow;
+    // Of the thread that ticks, before; whether it has real-time priority now.
+    int nice, policy;
+    bool is_hurried;
     OmJob* job;           // null: no picture is under way
     void* snapshot;       // of the world, for the eyes
+    void* fresh;          // the same, of the last step; null: no eyes
+    bool is_fresh;        // newer than `snapshot`
+    void* look_pose;      // of the arms, for the eyes
     unsigned wanted;      // OM_OBSERVE_ flags of the job
     double taken;         // s, time that the job took
     double stamp_origin;  // s of the epoch at the world's time 0; 0 in lock-step
@@ -90,6 +109,18 @@ OmStatus om__robot_begin_look(OmDdsRobot* r, unsigned what);
 OmStatus om__robot_end_look(OmDdsRobot* r);
 // By OpenIGTLink, where a program watches.
 OmStatus om__robot_show(OmDdsRobot* r);
+
+// ---- dds_tissue.c ----
+// Priorities: of the arms' thread while it keeps time, back again, of the threads beside it.
+void om__robot_hurry(OmDdsRobot* r);
+void om__robot_rest(OmDdsRobot* r);
+void om__robot_yield(const OmDdsRobot* r);
+// Where no step of the tissue is under way: take the answer of the last one, begin the next one.
+OmStatus om__robot_follow(OmDdsRobot* r);
+// Wait for the step that is under way.
+OmStatus om__robot_end_step(OmDdsRobot* r);
+// Put the forces of the last step into what the arms observe.
+void om__robot_feel(OmDdsRobot* r);
 
 // ---- dds_obey.c ----
 OmStatus om__robot_take_commands(OmDdsRobot* r);

@@ -589,23 +589,24 @@ static OmStatus dds_advance(OmWorld* world, double dt) {
 
 // ---- observation --------------------------------------------------------------------------------------------------
 
-static bool has_pictures(const DdsWorld* w, unsigned what) {
-    const double since = w->limb[0].stamp_cp - NEW_PICTURE;
+// Pictures not older than `since` (s of the robot's clock).
+static bool has_pictures(const DdsWorld* w, unsigned what, double since) {
     return (!(what & OM_OBSERVE_IMAGE) || w->endoscope.stamp >= since) &&
            (!(what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)) || w->depth.stamp >= since);
 }
 
-// Until there are pictures of now; the arms hold meanwhile. A robot's controller must not act on what was.
+// Until there are pictures of now: young ones, or ones that were taken since the arms have held for them, however long
+// they were on their way. A robot's controller must not act on what was.
 static OmStatus wait_for_pictures(DdsWorld* w, unsigned what) {
-    const double end = om_clock_now() + PICTURE_TIME;
+    const double end = om_clock_now() + PICTURE_TIME, held = w->limb[0].stamp_cp;
     if (!(what & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR))) return OM_OK;
     if (w->is_lock_step) return make_tick(w, 0, what);
-    while (!has_pictures(w, what)) {
+    while (!has_pictures(w, what, fmin(held, w->limb[0].stamp_cp - NEW_PICTURE))) {
         if (om_clock_now() > end)
             return fail(
-                w, "%s: no picture younger than %.2f s within %.0f s; motion has stopped",
+                w, "%s: no new picture within %.0f s; motion has stopped",
                 om__link_name(w->link, what & OM_OBSERVE_IMAGE ? w->endoscope.data : w->depth.data),
-                NEW_PICTURE, PICTURE_TIME);
+                PICTURE_TIME);
         OM_TRY(check_stop(w));
         om__link_wait(w->link, 0.01);
         OM_TRY(take_all(w));

@@ -2,7 +2,7 @@
 //
 // A jaw alone does not know whether it closes on tissue until the tissue has stepped. Until then it comes closer and
 // closer to the angle at which tissue would stop it, by the same share in each step: it does not pass this angle, so
-// that it never jumps back, and it is not at rest, so that nobody takes it for a jaw on tissue.
+// that it never jumps back, and it is not at rest, so that no client takes it for a jaw on tissue.
 #include "world/world_arm.h"
 
 #include <string.h>

@@ -22,7 +22,9 @@ typedef enum Lie {
     APART,     // the setpoint is not where the arm is
     ERROR,     // an error, with a stamp as simulators send it
     SILENT,    // nothing comes while the program is busy
-    FAULT      // an arm is not enabled
+    FAULT,     // an arm is not enabled
+    LATE,      // pictures are 0.3 s on their way: no lie
+    OLD        // pictures are 30 s old
 } Lie;
 
 typedef struct Arm {
@@ -117,7 +119,8 @@ static OmStatus be_robot(void* ctx, const OmProgress* progress) {
         if (!r->is_lying) stamp = time;
         for (int a = 0; a < 2 && !is_silent; ++a) send_arm(r, &r->arm[a], time, stamp);
         for (LinkMessage m; is_silent && om__link_take(r->link, r->arm[0].servo, &m);) ++r->nservo;
-        if (k % 5 == 0) send_pictures(r, time);
+        const double age = r->lie == LATE ? 0.3 : r->lie == OLD ? 30 : 0;
+        if (k % 5 == 0) send_pictures(r, time - age);
     }
     return OM_OK;
 }
@@ -188,7 +191,8 @@ static OmStatus drive(Robot* r, bool homes, int* nservo) {
     def.stale = r->lie == FROZEN || r->lie == SILENT ? 1 : 5;
     assert_ok(om_world_create_dds(&def, &world));
     OmStatus status = homes ? om_world_reset(world) : OM_OK;
-    if (status == OM_OK && r->lie == GROWS)
+    const bool sees = r->lie == GROWS || r->lie == LATE || r->lie == OLD;
+    if (status == OM_OK && sees)
         status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
     if (status == OM_OK) status = om_world_move(world, 0, goal, 0.2);
     r->is_lying = true;
@@ -241,6 +245,13 @@ static void old_messages_are_none(void** unused) {
     expect(SILENT, true, OM_IO, "measured_cp: nothing for", 0);
 }
 
+// A picture that was taken since the arms have held for it is new, however late it comes.
+static void pictures_are_new(void** unused) {
+    (void)unused;
+    expect(LATE, true, OM_OK, NULL, 10);
+    expect(OLD, true, OM_IO, "depth/points: no new picture within 1 s", 0);
+}
+
 static void nothing_moves_before_it_is_homed(void** unused) {
     (void)unused;
     expect(NONE, false, OM_INVALID, "om_world_reset", 0);
@@ -252,6 +263,7 @@ int main(void) {
         cmocka_unit_test(an_honest_robot),
         cmocka_unit_test(lies_stop_the_arms),
         cmocka_unit_test(old_messages_are_none),
+        cmocka_unit_test(pictures_are_new),
         cmocka_unit_test(nothing_moves_before_it_is_homed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,6 +2,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -36,11 +37,11 @@ static OmDdsDef make_dds(void) {
     return def;
 }
 
-static void make_robot(Served* s, OmDdsRobotDef* def) {
+static void make_robot(Served* s, OmDdsRobotDef* def, OmVec3 cells) {
     unsetenv("CYCLONEDDS_URI");
     *s = (Served){.scene = easy_scene()};
     s->scene.tissue.cells = om_vec3(4, 4, 1);
-    s->scene.tissue.world_cells = om_vec3(8, 8, 1);
+    s->scene.tissue.world_cells = cells;
     s->scene.task.grasp_radius = 0.025;
     assert_ok(om_site_build(&s->scene, OM_SITE_WORLD, NULL, &s->site));
     assert_ok(om_world_create_simulated(&s->scene, &s->site, 1, &s->field));
@@ -53,7 +54,7 @@ static void make_robot(Served* s, OmDdsRobotDef* def) {
 
 static void begin(Served* s) {
     OmDdsRobotDef def;
-    make_robot(s, &def);
+    make_robot(s, &def, om_vec3(8, 8, 1));
     def.is_lock_step = true;
     def.udp_port = s->udp_port = 43000 + getpid() % 4000;
     assert_ok(om_dds_robot_create(&def, &s->robot));
@@ -388,7 +389,7 @@ static void many_datagrams(void** unused) {
     (void)unused;
     Served s;
     OmDdsRobotDef def;
-    make_robot(&s, &def);
+    make_robot(&s, &def, om_vec3(8, 8, 1));
     def.has_record_pictures = true;  // of what?
     assert_status(om_dds_robot_create(&def, &s.robot), OM_INVALID);
     def.has_record_pictures = false;
@@ -408,6 +409,46 @@ static void many_datagrams(void** unused) {
     assert_int_equal(om_dds_robot_report(s.robot).ntick, 2);
     close(fd);
     end(&s);
+}
+
+// A tissue that needs more than a period for a step: the arms move and publish in time, the robot says once that the
+// tissue does not.
+static void tissue_behind(void** unused) {
+    (void)unused;
+    Served s;
+    OmDdsRobotDef def;
+    char answer[8192];
+    make_robot(&s, &def, om_vec3(44, 44, 3));
+    s.scene.task.time_step = 0.001;  // s: a step of the tissue is a period of the arms, no more
+    def.rate = 200;
+    def.picture_rate = 0;
+    def.eyes = s.field;  // of this scene; no client reads pictures
+    def.udp_port = 43000 + getpid() % 4000;
+    assert_ok(om_dds_robot_create(&def, &s.robot));
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    tell(fd, def.udp_port, "{\"arm\": \"PSM1\", \"state_command\": \"home\"}");
+    tell(fd, def.udp_port, "{\"arm\": \"PSM1\", \"jaw\": 0.3}");
+    assert_ok(om_dds_robot_run(s.robot, 1.05, NULL));
+    assert_int_equal(om_dds_robot_report(s.robot).ntick, 210);
+    assert_non_null(strstr(s.said, "the tissue is slower than time"));
+    tell(fd, def.udp_port, "{\"arm\": \"PSM1\"}");
+    assert_ok(om_dds_robot_run(s.robot, 1 / def.rate, NULL));
+    ssize_t n = 0;
+    for (ssize_t k; (k = recv(fd, answer, sizeof answer - 1, MSG_DONTWAIT)) > 0;) n = k;
+    answer[n] = 0;
+    const char* jaw = strstr(answer, "\"jaw\": ");
+    assert_non_null(jaw);
+    assert_near(strtod(jaw + 7, NULL), 0.3, 1e-9);
+    const OmDdsReport r = om_dds_robot_report(s.robot);
+    assert_below(r.period_median, 0.0075);
+    assert_true(r.step_max > 0.0075);
+    assert_true(r.nstep > 1 && r.nstep < r.ntick);
+    assert_near(r.pace * r.time, r.tissue_time, 0.05);  // but for the last step
+    assert_below(r.pace, 0.9);
+    close(fd);
+    om_dds_robot_destroy(s.robot);
+    om_world_destroy(s.field);
+    om_site_done(&s.site);
 }
 
 // Topics of the whole system: a sentence, and no arm moves or changes its state; power_off stops arms.
@@ -504,7 +545,7 @@ int main(void) {
         cmocka_unit_test(sender_gone),   cmocka_unit_test(fault),
         cmocka_unit_test(frames),        cmocka_unit_test(jaw),
         cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams),
-        cmocka_unit_test(whole_system),  cmocka_unit_test(effort),
-        cmocka_unit_test(speed)};
+        cmocka_unit_test(tissue_behind), cmocka_unit_test(whole_system),
+        cmocka_unit_test(effort),        cmocka_unit_test(speed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

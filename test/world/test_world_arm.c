@@ -53,7 +53,7 @@ static void go(Apart* s, OmVec3 p_task) {
     assert_false(see(s).arm[0].is_moving);
 }
 
-// A tissue that follows each tick makes one world of both: measured arms, noise and tissue are the same to the last bit.
+// A tissue that follows each tick makes one world of both: measured arms, noise and tissue are the same, to the bit.
 static void test_together_they_are_the_world(void** state) {
     (void)state;
     Apart s;
