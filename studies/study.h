@@ -11,6 +11,10 @@
 ///     OmStudyContactDef def = om_study_contact_default_def(body, "out/contact");
 ///     om_study_contact_run(&def, progress, &summary);      // out/contact/report.html
 ///     om_study_body_destroy(body);
+///
+/// All studies: `out_dir` gets what a study makes and its report; parts that are there are not computed again.
+/// om_study_*_run returns OM_OK, whether or not the goal is met; OM_INVALID (the message names the field, or the folder
+/// of another study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays, and the same call continues).
 #ifndef OMENTUM_STUDY_H
 #define OMENTUM_STUDY_H
 
@@ -73,7 +77,6 @@ OmStatus om_study_body_mesh(const OmStudyBody* body, int ntet, int nworker, OmTe
 
 typedef struct OmStudyContactDef {  // made by om_study_contact_default_def
     const OmStudyBody* body;        // borrowed
-    // For meshes, truth, runs and report. Parts that exist already are not computed again.
     const char* out_dir;
     int nresolution;                          // default the thesis's nine
     int resolution[OM_STUDY_MAX_RESOLUTION];  // elements, ascending
@@ -109,8 +112,6 @@ typedef struct OmStudyContactSummary {
 
 OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const char* out_dir);
 /// Make what is missing of meshes, truth and runs, then report.html, study.json, runs.csv and errors.csv.
-/// @return OM_OK, OM_INVALID (the message names the field), OM_IO, OM_NO_MEMORY, OM_CANCELLED (what is
-///         finished stays)
 OmStatus om_study_contact_run(const OmStudyContactDef* def, const OmProgress* progress,
                               OmStudyContactSummary* summary);
 
@@ -128,7 +129,6 @@ typedef enum OmStudyFit {  // the model that predicts a lesion's position
 #define OM_STUDY_NCLUSTER 3  // parameters: cluster spacing (m), radius (m), stiffness
 
 typedef struct OmStudyCalibrationDef {  // made by om_study_calibration_default_def
-    // For meshes, truth, runs and report. Parts that exist already are not computed again.
     const char* out_dir;
     int nlesion;                      // of the breast phantom, 2 to 20; default 10
     int tuned;                        // the lesion fine-tuned on, from 0; default 0
@@ -169,8 +169,6 @@ typedef struct OmStudyCalibrationSummary {  // errors in m
 OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir);
 /// Cluster parameters of particles found on the gel, fine-tuned on one lesion of the breast phantom, tested on the
 /// others (thesis 3.5.1, Tables 3.2 and 3.6): report.html, study.json and errors.csv in out_dir.
-/// @return OM_OK (whether or not the bar is met); OM_INVALID (the message names the field); OM_IO; OM_NO_MEMORY;
-///         OM_CANCELLED (what is finished stays)
 OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def, const OmProgress* progress,
                                   OmStudyCalibrationSummary* summary);
 

@@ -138,22 +138,13 @@ static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, 
 // ---- errors of the breast's lesions ---------------------------------------------------------------
 
 static void score_others(StudyCalibration* s) {
-    const Study* study = &s->breast.study;
-    for (int l = 0; l < s->def->nlesion; ++l) {
-        const OmStudyLesion* lesion = &s->breast.body->lesion[l];
-        for (int k = 0; k < study->truth[l].ndepth; ++k) {
-            OmVec3 x = om__study_measured_contour(study->def, &study->truth[l], k);
-            OmVec3 rigid =
-                om_madd(om__study_contour(lesion), -study->def->depth[k], lesion->normal);
-            const StudyRun* prescribed = om__study_run_at(study, 0, OM_PRESS_PRESCRIBED, l);
-            const StudyRun* penalty = om__study_run_at(study, 0, OM_PRESS_PENALTY, l);
-            s->error[OM_FIT_RIGID][l][k] = om_distance(rigid, x);
-            if (prescribed->nreached > k)
-                s->error[OM_FIT_PRESCRIBED][l][k] = om_distance(prescribed->reached[k].contour, x);
-            if (penalty->nreached > k)
-                s->error[OM_FIT_PENALTY][l][k] = om_distance(penalty->reached[k].contour, x);
-        }
-    }
+    static const int method[OM_STUDY_NFIT] = {[OM_FIT_PRESCRIBED] = OM_PRESS_PRESCRIBED,
+                                              [OM_FIT_PENALTY] = OM_PRESS_PENALTY,
+                                              [OM_FIT_RIGID] = OM_STUDY_NMETHOD};
+    for (int by = OM_FIT_PRESCRIBED; by < OM_STUDY_NFIT; ++by)
+        for (int l = 0; l < s->def->nlesion; ++l)
+            for (int k = 0; k < OM_STUDY_NDEPTH; ++k)
+                s->error[by][l][k] = om__study_contour_error(&s->breast.study, method[by], l, k);
 }
 
 bool om__study_counts(const StudyCalibration* s, int lesion, int depth) {

@@ -173,12 +173,7 @@ static void add_lesions(const StudyCalibration* s, OmStudyFit by, OmReport* repo
 
 // Means over the unseen lesions by depth.
 static void add_depths(const StudyCalibration* s, OmReport* report) {
-    double depth[NDEPTH], mean[OM_STUDY_NFIT][NDEPTH];
-    OmReportChart chart = {.title = "Mean error on unseen lesions (thesis, Fig. 3.11)",
-                           .x_label = "probe displacement, mm",
-                           .y_label = "mm",
-                           .nseries = OM_STUDY_NFIT,
-                           .has_range = true};
+    double mean[OM_STUDY_NFIT][NDEPTH];
     for (int by = 0; by < OM_STUDY_NFIT; ++by) {
         for (int k = 0; k < NDEPTH; ++k) {
             double sum = 0;
@@ -188,13 +183,12 @@ static void add_depths(const StudyCalibration* s, OmReport* report) {
                 sum += s->error[by][l][k];
                 ++n;
             }
-            depth[k] = 1e3 * s->breast.contact.depth[k];
             mean[by][k] = n ? 1e3 * sum / n : (double)NAN;
         }
-        chart.series[by] = (OmReportSeries){om__study_by_title[by], depth, mean[by], NDEPTH, false};
     }
     om_report_heading(report, "On the breast");
-    om_report_chart(report, &chart);
+    om__report_depths(report, "Mean error on unseen lesions (thesis, Fig. 3.11)", OM_STUDY_NFIT,
+                      om__study_by_title, s->breast.contact.depth, mean);
 }
 
 static void add_unseen(const StudyCalibration* s, OmReport* report) {

@@ -46,8 +46,6 @@ typedef struct OmStudyCurveSummary {
 
 OmStudyCurveDef om_study_curve_default_def(const OmBanetData* data, const char* out_dir);
 /// Train what is missing, score, and write the report.
-/// @return OM_OK; OM_INVALID (the message names the field, or the folder of another study); OM_CANCELLED (trainings
-///         continue from their checkpoints); OM_IO; OM_NO_MEMORY
 OmStatus om_study_curve_run(const OmStudyCurveDef* def, const OmProgress* progress,
                             OmStudyCurveSummary* summary);
 

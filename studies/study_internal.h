@@ -190,6 +190,8 @@ void om__study_close(Study* s);
 const StudyRun* om__study_run_at(const Study* s, int resolution, int method, int lesion);
 // Distance from the model's lesion to the measured one, m; negative if the run did not reach this depth.
 double om__study_error(const Study* s, const StudyRun* run, int depth);
+// The same of its contour point on the first mesh, by OmPressMethod; OM_STUDY_NMETHOD: moved rigidly with the probe.
+double om__study_contour_error(const Study* s, int method, int lesion, int depth);
 OmStatus om__study_score(const Study* s, StudyScore* score);
 OmStatus om__study_write_files(const Study* s, const StudyScore* score);
 // "measured": the contour point of each lesion as the tracking measures it, at each depth that the truth reached and

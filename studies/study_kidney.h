@@ -35,7 +35,6 @@ typedef enum OmStudyKidneyWay {  // where the twin's attachments come from
 } OmStudyKidneyWay;
 
 typedef struct OmStudyKidneyDef {  // made by om_study_kidney_default_def
-    // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     const char* volume;  // labels of the CT, the left kidney is 3; borrowed
     // The network, as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any.
@@ -95,9 +94,7 @@ typedef struct OmStudyKidneySummary {
 OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* volume);
 /// Make what is missing of truths and results, then report.html, study.json, views.csv and samples.csv. Without a
 /// network its rows are left out and is_met is false.
-/// @return OM_OK (whether or not the goals are met); OM_UNAVAILABLE (no such volume: the message names it); OM_INVALID
-///         (the message names the field, or the folder of another study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is
-///         finished stays)
+/// OM_UNAVAILABLE: no such volume; the message names it.
 OmStatus om_study_kidney_run(const OmStudyKidneyDef* def, const OmProgress* progress,
                              OmStudyKidneySummary* summary);
 

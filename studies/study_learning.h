@@ -58,7 +58,6 @@ typedef struct OmStudyLearningSummary {
 OmStudyLearningDef om_study_learning_default_def(const char* out_dir);
 /// "ppo-thesis", "ppo", "gail", "clone"
 const char* om_study_learner_name(OmStudyLearner learner);
-/// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the same call continues); OM_NO_MEMORY; OM_IO
 OmStatus om_study_learning_run(const OmStudyLearningDef* def, const OmProgress* progress,
                                OmStudyLearningSummary* summary);
 

@@ -36,7 +36,6 @@ typedef enum OmStudyWay {   // to find the material point of a seen point
 } OmStudyWay;
 
 typedef struct OmStudyCorrespondenceDef {  // made by om_study_correspondence_default_def
-    // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     bool is_quick;   // four cases on a coarse sheet; default false: all
     double spacing;  // m, of the points of a scan; default 2.5 mm: about 2,000 points
@@ -64,8 +63,6 @@ typedef struct OmStudyCorrespondenceSummary {
 
 OmStudyCorrespondenceDef om_study_correspondence_default_def(const char* out_dir);
 /// Make what is missing of truths and results, then report.html, study.json and errors.csv.
-/// @return OM_OK (whether or not the goal is met); OM_INVALID (the message names the field, or the folder of another
-///         study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_correspondence_run(const OmStudyCorrespondenceDef* def,
                                      const OmProgress* progress,
                                      OmStudyCorrespondenceSummary* summary);
@@ -99,7 +96,6 @@ typedef enum OmStudyGuess {  // attachments given to the twin
 } OmStudyGuess;
 
 typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_def
-    // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     bool is_quick;  // the first three layouts on a coarse sheet; default false: twelve
     // Set of layouts: 1 (default); 2: a second one, with which no method was developed; 3: for development
@@ -137,8 +133,6 @@ typedef struct OmStudyAttachmentsSummary {
 
 OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir);
 /// Make what is missing of truths and results, then report.html, study.json and vertices.csv.
-/// @return OM_OK (whether or not the goal is met); OM_INVALID (the message names the field, or the folder of another
-///         study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def, const OmProgress* progress,
                                   OmStudyAttachmentsSummary* summary);
 

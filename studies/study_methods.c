@@ -74,19 +74,14 @@ static OmStatus score_fe(StudyMethods* s) {
     OM_ALLOC(ms, OM_STUDY_MAX_LESION * OM_STUDY_MAX_STEP);
     for (int l = 0; l < s->def->nlesion; ++l) {
         const StudyRun* run = om__study_run_at(study, 0, OM_PRESS_PRESCRIBED, l);
-        const OmStudyLesion* lesion = &s->fit.body->lesion[l];
         for (int i = 0; i < run->nrecord; ++i) ms[num++] = run->step[i].ms;
         s->stability[OM_STUDY_FE][l] = (double)run->ndone / run->nstep;
         s->stability[OM_STUDY_RIGID][l] = 1;
         // the path was not computed
         s->stability[OM_STUDY_PARTICLES][l] = study->truth[l].ndepth ? 0 : -1;
-        for (int k = 0; k < study->truth[l].ndepth; ++k) {
-            OmVec3 x = om__study_measured_contour(study->def, &study->truth[l], k);
-            OmVec3 rigid =
-                om_madd(om__study_contour(lesion), -study->def->depth[k], lesion->normal);
-            s->error[OM_STUDY_RIGID][l][k] = om_distance(rigid, x);
-            if (run->nreached > k)
-                s->error[OM_STUDY_FE][l][k] = om_distance(run->reached[k].contour, x);
+        for (int k = 0; k < OM_STUDY_NDEPTH; ++k) {
+            s->error[OM_STUDY_RIGID][l][k] = om__study_contour_error(study, OM_STUDY_NMETHOD, l, k);
+            s->error[OM_STUDY_FE][l][k] = om__study_contour_error(study, OM_PRESS_PRESCRIBED, l, k);
         }
     }
     s->ms[OM_STUDY_FE] = median(ms, num);

@@ -54,8 +54,6 @@ typedef struct OmStudyMethodsSummary {
 
 OmStudyMethodsDef om_study_methods_default_def(const char* out_dir, const char* weights);
 /// report.html, study.json and errors.csv in out_dir.
-/// @return OM_OK (whether or not the bar is met); OM_INVALID (a field; weights of another organ than the phantom);
-///         OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_methods_run(const OmStudyMethodsDef* def, const OmProgress* progress,
                               OmStudyMethodsSummary* summary);
 

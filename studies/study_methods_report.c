@@ -83,26 +83,18 @@ static void add_costs(const StudyMethods* s, OmReport* report) {
 // Fig. 3.11 and the pairs behind it.
 static void add_depths(const StudyMethods* s, OmReport* report) {
     const OmStudyMethodsSummary* sum = &s->sum;
-    double depth[NDEPTH], mean[OM_STUDY_NBY][NDEPTH];
-    OmReportChart chart = {.title = "Mean error by deformation (thesis, Fig. 3.11)",
-                           .x_label = "probe displacement, mm",
-                           .y_label = "mm",
-                           .nseries = OM_STUDY_NBY,
-                           .has_range = true};
-    for (int by = 0; by < OM_STUDY_NBY; ++by) {
-        for (int k = 0; k < NDEPTH; ++k) {
-            depth[k] = 1e3 * s->fit.contact.depth[k];
+    double mean[OM_STUDY_NBY][NDEPTH];
+    for (int by = 0; by < OM_STUDY_NBY; ++by)
+        for (int k = 0; k < NDEPTH; ++k)
             mean[by][k] = sum->by[by].ndepth[k] ? 1e3 * sum->by[by].error[k] : (double)NAN;
-        }
-        chart.series[by] =
-            (OmReportSeries){om__study_method_by_title[by], depth, mean[by], NDEPTH, false};
-    }
     om_report_heading(report, "Accuracy");
-    om_report_chart(report, &chart);
+    om__report_depths(report, "Mean error by deformation (thesis, Fig. 3.11)", OM_STUDY_NBY,
+                      om__study_method_by_title, s->fit.contact.depth, mean);
     StudyTable table = om__table(
         "depth, mm|lesions|finite elements, mm|U-Mesh, mm|U-Mesh less finite elements, mm");
     for (int k = 0; k < NDEPTH; ++k) {
-        om__table_row(&table, "%.0f|%d", depth[k], sum->by[OM_STUDY_FE].ndepth[k]);
+        om__table_row(&table, "%.0f|%d", 1e3 * s->fit.contact.depth[k],
+                      sum->by[OM_STUDY_FE].ndepth[k]);
         if (sum->by[OM_STUDY_FE].ndepth[k] > 0)
             om__table_row(&table, "%.2f|%.2f|%+.2f", 1e3 * sum->by[OM_STUDY_FE].error[k],
                           1e3 * sum->by[OM_STUDY_UMESH].error[k], 1e3 * sum->gap[k]);

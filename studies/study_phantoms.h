@@ -47,7 +47,6 @@ typedef enum OmStudyPhantomRow {  // of Table 4.2
 } OmStudyPhantomRow;
 
 typedef struct OmStudyPhantomsDef {  // made by om_study_phantoms_default_def
-    // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     bool is_development;  // the two shapes for development instead of the four; default false
     bool is_quick;        // coarse meshes, and one configuration with two grasps; default false
@@ -95,8 +94,6 @@ typedef struct OmStudyPhantomsSummary {
 
 OmStudyPhantomsDef om_study_phantoms_default_def(const char* out_dir);
 /// Make what is missing of lifts and estimates, then report.html, study.json and views.csv.
-/// @return OM_OK (whether or not the goals are met); OM_INVALID (the message names the field, or the folder of another
-///         study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_phantoms_run(const OmStudyPhantomsDef* def, const OmProgress* progress,
                                OmStudyPhantomsSummary* summary);
 

@@ -111,25 +111,20 @@ static void add_errors(const Study* s, const StudyScore* score, OmReport* report
 }
 
 static void add_depths(const Study* s, const StudyScore* score, OmReport* report) {
-    double depth[NDEPTH], mean[NMETHOD + 1][NDEPTH];
-    OmReportChart chart = {.title = "Mean error by deformation (thesis, Fig. 3.11)",
-                           .x_label = "probe displacement, mm",
-                           .y_label = "mm",
-                           .nseries = NMETHOD + 1,
-                           .has_range = true};
+    const char* name[NMETHOD + 1] = {[NMETHOD] = "rigid model"};
+    double mean[NMETHOD + 1][NDEPTH];
     for (int m = 0; m <= NMETHOD; ++m) {
+        if (m < NMETHOD) name[m] = om__study_method_title[m];
         for (int d = 0; d < NDEPTH; ++d) {
-            depth[d] = 1e3 * s->def->depth[d];
             const StudySample* v = &score->by_depth[m][d];
             mean[m][d] = v->n ? v->mean : (double)NAN;
         }
-        chart.series[m] = (OmReportSeries){m < NMETHOD ? om__study_method_title[m] : "rigid model",
-                                           depth, mean[m], NDEPTH, false};
     }
-    om_report_chart(report, &chart);
+    om__report_depths(report, "Mean error by deformation (thesis, Fig. 3.11)", NMETHOD + 1, name,
+                      s->def->depth, mean);
     StudyTable table = om__study_depth_table("mean +- standard deviation, mm", s->def->depth, "");
     for (int m = 0; m <= NMETHOD; ++m) {
-        om__table_cell(&table, m < NMETHOD ? om__study_method_title[m] : "rigid model");
+        om__table_cell(&table, name[m]);
         for (int d = 0; d < NDEPTH; ++d) {
             const StudySample* v = &score->by_depth[m][d];
             om__table_row(&table, v->n ? "%.2f +- %.2f" : "-", v->mean, v->sd);

@@ -22,6 +22,17 @@ double om__study_error(const Study* s, const StudyRun* run, int depth) {
     return om_distance(run->reached[depth].lesion, measured);
 }
 
+double om__study_contour_error(const Study* s, int method, int lesion, int depth) {
+    if (s->truth[lesion].ndepth <= depth) return -1;
+    const OmVec3 x = om__study_measured_contour(s->def, &s->truth[lesion], depth);
+    if (method == NMETHOD) {
+        const OmStudyLesion* l = &s->def->body->lesion[lesion];
+        return om_distance(om_madd(om__study_contour(l), -s->def->depth[depth], l->normal), x);
+    }
+    const StudyRun* run = om__study_run_at(s, 0, method, lesion);
+    return run->nreached > depth ? om_distance(run->reached[depth].contour, x) : -1;
+}
+
 // Did every method of the study complete this deformation?
 static bool is_valid(const Study* s, int resolution, int lesion, int depth) {
     if (s->truth[lesion].ndepth <= depth) return false;

@@ -18,7 +18,6 @@
 #define OM_STUDY_NCLUSTER 3  // parameters: spacing, radius, stiffness
 
 typedef struct OmStudySheetDef {  // made by om_study_sheet_default_def
-    // For problem, clouds, searches and report. Parts that exist already are not computed again.
     const char* out_dir;
     int cells;              // of the model along a side, 10 to 60; default 20: 882 particles
     int world_cells;        // of the finite elements along a side, 10 to 80; default 30
@@ -47,8 +46,6 @@ typedef struct OmStudySheetSummary {  // errors: m, mean over the points of the 
 
 OmStudySheetDef om_study_sheet_default_def(const char* out_dir);
 /// Make what is missing of clouds and searches, then report.html and study.json.
-/// @return OM_OK, OM_INVALID (the message names the field, or the folder of another study), OM_IO, OM_NO_MEMORY,
-///         OM_CANCELLED (what is evaluated stays)
 OmStatus om_study_sheet_run(const OmStudySheetDef* def, const OmProgress* progress,
                             OmStudySheetSummary* summary);
 

@@ -9,6 +9,7 @@
 // smaller than in the thesis (0.6 mm), and AVE shows attachments alone.
 #include <string.h>
 
+#include "omentum/banet_fuse.h"
 #include "omentum/banet_net.h"
 #include "studies/study_estimate.h"
 #include "studies/study_internal.h"
@@ -49,6 +50,27 @@ static OmBanetSampleDef define_set(const OmStudySimulatedDef* d, int set) {
         def.thickness[1] = 0.01;
     }
     return def;
+}
+
+// ---- the network ---------------------------------------------------------------------------------------
+
+static OmStatus load_net(Sim* s) {
+    OM_TRY(om_banet_net_find(s->def->weights, NULL, &s->net));
+    s->sum.has_net = s->net != NULL;
+    if (!s->net) return OM_OK;
+    s->net_hash = om_banet_net_hash(s->net);
+    return OM_OK;
+}
+
+OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability) {
+    const OmBanetSample* sample = body->sample;
+    OM_TRY(om_banet_estimate(s->net, body->side, &sample->surface, sample->u, sample->seen,
+                             probability));
+    double threshold;
+    OM_TRY(
+        om_banet_choose_threshold(sample->surface.nvert, probability, OM_BANET_NEARLY, &threshold));
+    for (int i = 0; i < sample->surface.nvert; ++i) body->guess[i] = probability[i] >= threshold;
+    return OM_OK;
 }
 
 // ---- one sample -----------------------------------------------------------------------------------------
@@ -325,7 +347,7 @@ static OmStatus summarise(Sim* s) {
 }
 
 static void sim_done(Sim* s) {
-    om__sim_net_destroy(s->net);
+    om_banet_net_destroy(s->net);
     for (int i = 0; s->c && i < s->ncase; ++i) om_free(s->c[i].net);
     om_free(s->c);
     om_free(s->order);
@@ -338,7 +360,7 @@ OmStatus om_study_simulated_run(const OmStudySimulatedDef* def, const OmProgress
     OmFolder folder = {0};
     Sim s = {.def = def, .progress = progress};
     OmStatus status = om_folder_open(def->out_dir, "simulated study", &folder);
-    if (status >= 0) status = om__sim_net_load(&s);
+    if (status >= 0) status = load_net(&s);
     if (status >= 0) status = make_cases(&s);
     if (status >= 0) status = run_cases(&s);
     if (status >= 0) status = summarise(&s);

@@ -40,7 +40,6 @@ typedef enum OmStudySimulatedGuess {  // attachments
 #define OM_STUDY_SIM_ECE 0.05
 
 typedef struct OmStudySimulatedDef {  // made by om_study_simulated_default_def
-    // For samples, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     // The network, as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any.
     // Without a network its rows are empty, and the goals are missed.
@@ -80,9 +79,6 @@ typedef struct OmStudySimulatedSummary {
 
 OmStudySimulatedDef om_study_simulated_default_def(const char* out_dir);
 /// Make what is missing of samples and results, then report.html, study.json and samples.csv.
-/// @return OM_OK (whether or not the goals are met); OM_INVALID (the message names the field, or the folder of another
-///         study); OM_UNAVAILABLE (this build cannot make samples or run the network); OM_IO (also weights that are not
-///         there); OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_simulated_run(const OmStudySimulatedDef* def, const OmProgress* progress,
                                 OmStudySimulatedSummary* summary);
 

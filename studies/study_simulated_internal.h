@@ -99,11 +99,6 @@ OmStatus om__sim_body_move(SimBody* body, SimMove* move);
 // Probabilities of vertices into cells that hold one, ascending, and their true labels. OM_INVALID: too many cells.
 OmStatus om__sim_body_cells(const SimBody* body, const double* probability, SimNet* net);
 
-// ---- study_simulated_net.c --------------------------------------------------------------------------
-
-// s->net, s->net_hash and s->sum.has_net.
-OmStatus om__sim_net_load(Sim* s);
-void om__sim_net_destroy(struct OmBanetNet* net);
 // Probabilities of surface vertices; body->guess has the set of greatest expected DSC.
 OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability);
 

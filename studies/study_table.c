@@ -8,6 +8,13 @@
 
 #define MAX_TEXT 2048
 #define MAX_FACT 8
+// `text` with the arguments behind `format`.
+#define PRINT(text, format)                     \
+    char text[MAX_TEXT];                        \
+    va_list args;                               \
+    va_start(args, format);                     \
+    vsnprintf(text, sizeof text, format, args); \
+    va_end(args)
 
 // ---- tables ---------------------------------------------------------------------------------------
 
@@ -33,11 +40,7 @@ StudyTable om__table(const char* heading) {
 }
 
 void om__table_row(StudyTable* t, const char* format, ...) {
-    char text[MAX_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
+    PRINT(text, format);
     t->ncell += append_parts(t, text);
 }
 
@@ -68,6 +71,20 @@ StudyTable om__study_depth_table(const char* first, const double* depth, const c
     return om__table(heading);
 }
 
+void om__report_depths(OmReport* report, const char* title, int n, const char* const* name,
+                       const double* depth, double error[][OM_STUDY_NDEPTH]) {
+    double mm[OM_STUDY_NDEPTH];
+    OmReportChart chart = {.title = title,
+                           .x_label = "probe displacement, mm",
+                           .y_label = "mm",
+                           .nseries = n,
+                           .has_range = true};
+    for (int k = 0; k < OM_STUDY_NDEPTH; ++k) mm[k] = 1e3 * depth[k];
+    for (int i = 0; i < n; ++i)
+        chart.series[i] = (OmReportSeries){name[i], mm, error[i], OM_STUDY_NDEPTH, false};
+    om_report_chart(report, &chart);
+}
+
 void om__table_end(StudyTable* t, OmReport* report) {
     const int n = t->ncol + t->ncell;
     const char** at = t->status == OM_OK ? om_alloc((size_t)n, sizeof *at) : NULL;
@@ -84,29 +101,17 @@ void om__table_end(StudyTable* t, OmReport* report) {
 // ---- sentences ------------------------------------------------------------------------------------
 
 void om__report_say(OmReport* report, const char* format, ...) {
-    char text[MAX_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
+    PRINT(text, format);
     om_report_paragraph(report, text);
 }
 
 void om__report_head(OmReport* report, const char* format, ...) {
-    char text[MAX_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
+    PRINT(text, format);
     om_report_heading(report, text);
 }
 
 void om__report_judge(OmReport* report, bool is_good, const char* format, ...) {
-    char text[MAX_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
+    PRINT(text, format);
     om_report_verdict(report, text, is_good);
 }
 
@@ -196,11 +201,7 @@ OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status) {
 }
 
 void om__lines_add(StudyLines* lines, const char* format, ...) {
-    char text[MAX_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
+    PRINT(text, format);
     if (lines->status == OM_OK) lines->status = om_text_append(&lines->text, "%s", text);
 }
 

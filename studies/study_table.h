@@ -12,6 +12,7 @@
 #define OMENTUM_STUDY_TABLE_H
 
 #include "omentum/report.h"
+#include "studies/study.h"
 #include "studies/study_stats.h"
 
 typedef struct StudyTable {
@@ -32,6 +33,9 @@ void om__table_quartiles(StudyTable* t, double scale, const char* format, StudyS
 void om__table_error(StudyTable* t, double error, const char* mark);
 // A table with a column for each depth of the contact study: "FIRST|D10|...", and what is behind them.
 StudyTable om__study_depth_table(const char* first, const double* depth, const char* last);
+// A line for each of n models: errors in mm at the depths (m) of the contact study, NaN: none.
+void om__report_depths(OmReport* report, const char* title, int n, const char* const* name,
+                       const double* depth, double error[][OM_STUDY_NDEPTH]);
 // Put the table into the report, if it has rows, and free it.
 void om__table_end(StudyTable* t, OmReport* report);
 

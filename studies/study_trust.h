@@ -21,7 +21,6 @@
 #define OM_STUDY_TRUST_MAX_TRUTH 999
 
 typedef struct OmStudyTrustDef {  // made by om_study_trust_default_def
-    // For truths (3 MB each), results and report. Parts that exist already are not computed again.
     const char* out_dir;
     bool is_quick;      // at most four truths, on a coarse sheet; default false
     int ntruth;         // of five acquisitions each, 1 to 999; default 100
@@ -74,8 +73,6 @@ typedef struct OmStudyTrustSummary {
 
 OmStudyTrustDef om_study_trust_default_def(const char* out_dir);
 /// Make what is missing of truths and results, then report.html, study.json and cases.csv.
-/// @return OM_OK (whether or not the goal is met); OM_INVALID (the message names the field, or the folder of another
-///         study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
 OmStatus om_study_trust_run(const OmStudyTrustDef* def, const OmProgress* progress,
                             OmStudyTrustSummary* summary);
 
