@@ -169,6 +169,19 @@ static void add_facts(const OmBanetSummary* s, OmReport* report) {
     om_report_facts(report, pointer, label, 6);
 }
 
+// What was asked, and what came out.
+static void add_verdict(const OmBanetSummary* s, OmReport* report) {
+    char text[320];
+    snprintf(text, sizeof text, "%d samples are there, each of them in equilibrium.", s->nsample);
+    om_report_verdict(report, text, s->nsample > 0);
+    snprintf(
+        text, sizeof text,
+        "Asked: random bodies with random attachments, pulled at one place, from which a network learns to find "
+        "attachments. Came out: %d samples from %d draws; %d found no equilibrium and were drawn again.",
+        s->nsample, s->nattempt, s->nfail);
+    om_report_paragraph(report, text);
+}
+
 static void add_histogram(const Histogram* h, double scale, const char* title, const char* unit,
                           OmReport* report) {
     double x[NBIN + 1], y[NBIN + 1];
@@ -210,6 +223,7 @@ OmStatus om__banet_write_report(const OmBanetDataDef* def, const OmBanetSummary*
     OM_TRY(write_summary(def, s, &u));
     OM_TRY(om_path_join(def->out_dir, "report.html", path, sizeof path));
     om_report_begin(&report, "BA-Net data", def->out_dir);
+    add_verdict(s, &report);
     add_facts(s, &report);
     add_settings(def, s, &report);
     add_histogram(&u, 1e3, "Largest displacement of a vertex", "mm", &report);

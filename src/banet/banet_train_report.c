@@ -138,6 +138,18 @@ done:
 
 // ---- the report -------------------------------------------------------------------------------------
 
+// What was asked, what came out, and how good it is.
+static void add_question(const OmBanetEval* eval, OmReport* report) {
+    char text[400];
+    snprintf(
+        text, sizeof text,
+        "Asked: a network that finds attachments from the displacement of the seen surface. Came out: on %d samples "
+        "that it did not learn from, a mean DSC of %.2f and a mean TPR of %.0f %%, with probabilities off by %.1f %% "
+        "in the mean. The thesis's network has 0.82 and 86 %% on samples of its own.",
+        eval->n, eval->mean_dsc, 100 * eval->mean_tpr, 100 * eval->ece);
+    om_report_paragraph(report, text);
+}
+
 OmStatus om__banet_report_training(const OmBanetTrainDef* def, const OmBanetNet* net,
                                    const OmTrainResult* result, const OmBanetEval* eval) {
     char path[1024], subtitle[160], text[640];
@@ -146,6 +158,7 @@ OmStatus om__banet_report_training(const OmBanetTrainDef* def, const OmBanetNet*
     snprintf(subtitle, sizeof subtitle, "%d samples, %zu weights", first, om_banet_net_size(net));
     OmReport report;
     om_report_begin(&report, "BA-Net: training", subtitle);
+    add_question(eval, &report);
     add_facts(result, net, eval, &report);
     om_report_heading(&report, "Training");
     add_curves(result, &report);

@@ -45,6 +45,37 @@ static void add_curve(OmReport* report, const RlSession* s, int k, double* x, do
     om_report_chart(report, &chart);
 }
 
+// What was asked, what came out, and whether it is good: by the last evaluation, or else by the last episodes.
+static void add_verdict(OmReport* report, const RlSession* s) {
+    const OmRlTrainDef* def = s->def;
+    const OmRlTrainRow* last = s->nrow > 0 ? &s->row[s->nrow - 1] : NULL;
+    double score = NAN;
+    char text[320];
+    for (int i = s->nrow - 1; i >= 0 && !isfinite(score); --i) score = s->row[i].eval_score;
+    const bool is_evaluated = isfinite(score), has_target = isfinite(def->task->target);
+    if (!is_evaluated && last) score = last->mean_score;
+    const char* of = is_evaluated ? "in the last evaluation" : "in the last 100 episodes";
+    if (!isfinite(score))
+        om_report_verdict(report, "No episode has ended yet.", false);
+    else if (has_target) {
+        const bool is_good = score >= def->task->target;
+        snprintf(text, sizeof text, "The mean score %s is %.3g: the target %.3g is %sreached.", of,
+                 score, def->task->target, is_good ? "" : "not ");
+        om_report_verdict(report, text, is_good);
+    }
+    int n = snprintf(text, sizeof text, "Asked: a policy for the task %s", def->task->name);
+    if (has_target)
+        n += snprintf(text + n, sizeof text - (size_t)n, " with a mean score of at least %.3g",
+                      def->task->target);
+    if (isfinite(score))
+        snprintf(text + n, sizeof text - (size_t)n,
+                 ". Came out: a mean score of %.3g %s, after %lld steps.", score, of,
+                 (long long)last->step);
+    else
+        snprintf(text + n, sizeof text - (size_t)n, ".");
+    om_report_paragraph(report, text);
+}
+
 OmStatus om__rl_save_report(const RlSession* s) {
     const OmRlTrainDef* def = s->def;
     const OmRlTrainRow* last = s->nrow > 0 ? &s->row[s->nrow - 1] : NULL;
@@ -56,6 +87,7 @@ OmStatus om__rl_save_report(const RlSession* s) {
     snprintf(subtitle, sizeof subtitle, "task %s, method %s, seed %llu", def->task->name,
              om_rl_method_name(def->method), (unsigned long long)def->seed);
     om_report_begin(&report, "Learning", subtitle);
+    add_verdict(&report, s);
     OM_ALLOC_DONE(x, s->nrow + 1);
     OM_ALLOC_DONE(y, s->nrow + 1);
     if (last) {

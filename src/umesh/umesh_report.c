@@ -200,6 +200,19 @@ static void add_facts(const OmUmeshDataDef* def, const OmUmeshSummary* s, OmRepo
     om_report_facts(report, pointer, label, 6);
 }
 
+// What was asked, and what came out.
+static void add_verdict(const OmUmeshSummary* s, OmReport* report) {
+    char text[320];
+    snprintf(text, sizeof text, "%d samples are there, each of them in equilibrium.", s->nsample);
+    om_report_verdict(report, text, s->nsample > 0);
+    snprintf(
+        text, sizeof text,
+        "Asked: deformations of an organ under a probe, from which a network learns to predict them. Came out: "
+        "%d samples with displacements of up to %.1f mm; %d draws found no equilibrium and were drawn again.",
+        s->nsample, 1e3 * s->max_u, s->nfail);
+    om_report_paragraph(report, text);
+}
+
 static void add_histogram(const OmUmeshSummary* s, const int bin[NBIN], OmReport* report) {
     double x[NBIN + 1], y[NBIN + 1];
     for (int k = 0; k <= NBIN; ++k) {
@@ -245,6 +258,7 @@ OmStatus om__umesh_write_report(const OmUmeshDataDef* def, const OmUmeshSummary*
     OmReport report;
     OM_TRY(om_path_join(def->out_dir, "report.html", path, sizeof path));
     om_report_begin(&report, "U-Mesh data", def->out_dir);
+    add_verdict(s, &report);
     add_facts(def, s, &report);
     add_settings(def, &report);
     add_histogram(s, bin, &report);

@@ -62,6 +62,23 @@ static void add_facts(const OmTrainResult* result, const OmUmeshEval* eval, OmRe
     om_report_facts(report, value, label, 8);
 }
 
+// What was asked, what came out, and how good it is: by the error over the largest displacement.
+static void add_question(const OmUmeshEval* eval, OmReport* report) {
+    char text[400];
+    const double share = eval->max_u > 0 ? 100 / eval->max_u : 0;
+    int n = snprintf(
+        text, sizeof text,
+        "Asked: a network that predicts how the organ deforms under a probe. Came out: on %d samples that it did "
+        "not learn from, a mean error of %.3f mm, %.2f %% of the largest displacement",
+        eval->n, 1e3 * eval->network_mean, share * eval->network_mean);
+    if (eval->mean_cycle > 0)
+        n += snprintf(text + n, sizeof text - (size_t)n,
+                      ", and %.3f mm after its refinement to equilibrium", 1e3 * eval->mean);
+    snprintf(text + n, sizeof text - (size_t)n,
+             ". The thesis's network of 2,174 elements has a mean error of 0.052 mm.");
+    om_report_paragraph(report, text);
+}
+
 OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet* net,
                                    const OmTrainResult* result, const OmUmeshEval* eval) {
     char path[1024], subtitle[160], text[640];
@@ -71,6 +88,7 @@ OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet*
              net->grid.fem.grid.dim[1], net->grid.fem.grid.dim[2]);
     OmReport report;
     om_report_begin(&report, "U-Mesh: training", subtitle);
+    add_question(eval, &report);
     add_facts(result, eval, &report);
     om_report_heading(&report, "How it learned");
     add_curves(result, &report);

@@ -15,6 +15,11 @@ no-err
 file plan/report.html
 file plan/plan.json
 
+# The first screen of the page: what was asked, what came out.
+$ grep -cE 'Asked: a grasping point from which at least 80 % of the ROI .* Came out: [0-4] of the 4 grasping points' plan/report.html
+exit 0
+out ^1$
+
 # Any number of workers writes the same plan.
 $ omentum preplan small.yaml -q --workers 1 -o one > /dev/null; cmp plan/plan.json one/plan.json
 exit 0

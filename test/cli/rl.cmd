@@ -13,10 +13,11 @@ out ^metrics.csv$
 out ^policy.onnx$
 out ^policy.safetensors$
 out ^report.html$
-$ wc -l < ppo/metrics.csv; grep -c "rl train -t reach -n 2048" ppo/report.html
+$ wc -l < ppo/metrics.csv; grep -c "rl train -t reach -n 2048" ppo/report.html; grep -oE "The mean score .*: the target [0-9.]+ is (not )?reached|No episode has ended yet" ppo/report.html
 exit 0
 out ^3$
 out ^1$
+out (the target [0-9.]+ is not reached|No episode has ended yet)$
 $ omentum rl train -t reach -m gail -d demos.hdf5 -n 1024 --clone-epochs 2 -q -o gail
 exit 0
 out ^1024 steps

@@ -32,7 +32,9 @@ out Name="uncertainty"
 out Name="stiffness"
 out Name="attached"
 out Name="displacement"
-$ grep -c 'The twin takes the new attachments' out/report.html
+$ grep -c 'The twin takes the new attachments' out/report.html; grep -cE 'Asked: which vertices .* Came out: half of the measured points are within [0-9.]+ mm of the twin' out/report.html
 exit 0
+out ^1$
+out ^1$
 $ grep -E '"attached_vertices": [1-3][0-9],' out/update.json
 exit 0
