@@ -24,11 +24,12 @@ typedef enum Lie {
     SILENT,    // nothing comes while the program is busy
     FAULT,     // an arm is not enabled
     LATE,      // pictures are 0.3 s on their way: no lie
-    OLD        // pictures are 30 s old
+    OLD,       // pictures are 30 s old
+    PERSON     // no lie: a person presses Ctrl-C
 } Lie;
 
 typedef struct Arm {
-    int cp, js, setpoint, jaw, jaw_setpoint, state, tool, error, servo;
+    int cp, js, setpoint, jaw, jaw_setpoint, state, tool, error, servo, hold;
     OmPose tip;
     double q[OM_PSM_NJOINT];
 } Arm;
@@ -42,6 +43,7 @@ typedef struct Robot {
     Lie lie;
     atomic_bool is_lying, is_over;
     atomic_int nservo;  // goals for PSM1
+    atomic_int nhold;   // holds of both arms
     OmJob* job;
 } Robot;
 
@@ -66,6 +68,7 @@ static void send_arm(Robot* r, Arm* arm, double time, double stamp) {
         r->nservo += is_first;
         if (r->lie != STILL) arm->tip = m.pose;
     }
+    while (om__link_take(r->link, arm->hold, &m)) ++r->nhold;
     m = (LinkMessage){.time = lie == FROZEN ? stamp : time, .frame = "world", .pose = arm->tip};
     if (lie == NAN_TURN && is_first) m.pose.q.x = NAN;
     if (lie == TURNS && is_first) m.pose.q = (OmQuat){.x = 1};
@@ -158,6 +161,7 @@ static void begin(Robot* r, Lie lie) {
         add(r, name, "/tool_type", LINK_OUT | LINK_LATCHED, LINK_STRING, &arm->tool);
         add(r, name, "/error", LINK_OUT, LINK_STAMPED, &arm->error);
         add(r, name, "/servo_cp", LINK_IN, LINK_POSE, &arm->servo);
+        add(r, name, "/hold", LINK_IN, LINK_EMPTY, &arm->hold);
         assert_ok(om__link_write(r->link, arm->tool, &(LinkMessage){.text = "PROGRASP"}));
         tf.tf.frame[a] = (LinkFrame){.parent = "world", .pose = psm.pose_world_rcm};
         snprintf(tf.tf.frame[a].child, sizeof tf.tf.frame[a].child, "%s", base[a]);
@@ -176,6 +180,11 @@ static void end(Robot* r) {
     om_job_join(r->job);
     om__link_destroy(r->link);
     om_site_done(&r->site);
+}
+
+static bool is_pressed(void* ctx) {
+    (void)ctx;
+    return true;
 }
 
 // Connect, home, move PSM1 by 40 mm and lie meanwhile: what the world says, and the goals that it sent.
@@ -198,11 +207,13 @@ static OmStatus drive(Robot* r, bool homes, int* nservo) {
     r->is_lying = true;
     if (r->lie == SILENT) pause_for(2.5);
     for (int k = 0; k < 120 && status == OM_OK; ++k) {
+        if (r->lie == PERSON && k == 3) om_stop_set(is_pressed, NULL);
         status = om_world_advance(world, DT);
         if (status == OM_OK && r->lie == GROWS)
             status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
     }
     om_observation_done(&obs);
+    if (r->lie == PERSON) pause_for(10 * PERIOD);  // holds that are on their way
     om_world_destroy(world);
     pause_for(10 * PERIOD);  // goals that are on their way
     *nservo = r->nservo;
@@ -252,6 +263,20 @@ static void pictures_are_new(void** unused) {
     expect(OLD, true, OM_IO, "depth/points: no new picture within 1 s", 0);
 }
 
+// Ctrl-C: both arms are told to hold before the program ends.
+static void a_person_stops_the_arms(void** unused) {
+    (void)unused;
+    Robot r;
+    int nservo;
+    begin(&r, PERSON);
+    assert_status(drive(&r, true, &nservo), OM_CANCELLED);
+    assert_true(om_stop_take());
+    om_stop_set(NULL, NULL);
+    assert_int_equal(r.nhold, 2);
+    assert_true(nservo >= 3 && nservo <= 5);
+    end(&r);
+}
+
 static void nothing_moves_before_it_is_homed(void** unused) {
     (void)unused;
     expect(NONE, false, OM_INVALID, "om_world_reset", 0);
@@ -264,6 +289,7 @@ int main(void) {
         cmocka_unit_test(lies_stop_the_arms),
         cmocka_unit_test(old_messages_are_none),
         cmocka_unit_test(pictures_are_new),
+        cmocka_unit_test(a_person_stops_the_arms),
         cmocka_unit_test(nothing_moves_before_it_is_homed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

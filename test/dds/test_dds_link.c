@@ -96,8 +96,8 @@ static LinkMessage make_message(LinkType type, const unsigned char* bytes, size_
     case LINK_STAMPED: strcpy(m.text, "a sentence"); break;
     case LINK_STATE: strcpy(m.state.name, "ENABLED"), m.state.is_busy = true; break;
     case LINK_TF:
-        m.tf.n = 2;
-        for (int i = 0; i < 2; ++i) {
+        m.tf.n = 20;  // a robot has more frames than arms
+        for (int i = 0; i < m.tf.n; ++i) {
             strcpy(m.tf.frame[i].parent, "world");
             snprintf(m.tf.frame[i].child, 64, "PSM%d", i + 1);
             m.tf.frame[i].pose = pose;

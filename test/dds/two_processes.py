@@ -7,6 +7,7 @@ defras         the same of a run with all that the loop can do, on a scene of th
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
 udp            the client of python/examples without DDS grasps and pulls
+interrupt      Ctrl-C ends the run at once, with its own exit code, and leaves a robot whose arms stand
 kill_robot     kill -9 of the robot ends the run with a sentence
 kill_client    kill -9 of the run leaves a robot that says so, stops the arms, serves, and ends well
 """
@@ -22,7 +23,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -139,6 +140,20 @@ def kill_client():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
+def interrupt():
+    robot, run = both()
+    run.send_signal(signal.SIGINT)
+    start = time.time()
+    if run.wait(20) != 130 or "cancelled" not in text("run"):
+        fail(f"exit code {run.returncode}:\n{text('run')}")
+    if time.time() - start > 5:
+        fail(f"the run needs {time.time() - start:.1f} s to end")
+    wait_for("robot", "they stop where they are")
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0:
+        fail(f"exit code {robot.returncode}:\n{text('robot')}")
+
+
 def defras():
     if subprocess.run([PROGRAM, "preplan", SCENE, "-q", "-o", str(TMP / "plan")], stdout=subprocess.DEVNULL, check=False).returncode > 1:
         fail("no plan before the operation")
@@ -171,5 +186,5 @@ def udp():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
-{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
