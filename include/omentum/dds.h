@@ -101,6 +101,29 @@ typedef struct OmDdsReport {
 } OmDdsReport;
 OM_API OmDdsReport om_dds_robot_report(const OmDdsRobot* robot);
 
+// ---- recorded motion -----------------------------------------------------------------------------------------------
+
+typedef struct OmDdsMotion {  // of an arm's tip; om_dds_motion_done frees
+    int n;
+    double* time;    // s, of the stamps; grows                    (n)
+    OmPose* tip;     // measured pose_frame_tip                    (n)
+    double* jaw;     // measured before it, rad; 0 without jaw     (n)
+    bool has_jaw;    //
+    char frame[64];  // of the poses: "world"
+} OmDdsMotion;
+
+/// Read the motion of an arm from a recording: topics ARM/measured_cp and ARM/jaw/measured_js of MCAP without
+/// compression, as OmDdsRobotDef.record and rosbag2 write it. Of a file without an end the whole chunks are read.
+/// @param arm  "PSM1"
+/// @return OM_OK; OM_INVALID (the message names file and topic); OM_UNAVAILABLE (compressed, or big endian);
+///         OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_dds_motion_load(const char* path, const char* arm, OmDdsMotion* motion);
+/// The same from memory; `name` stands for the file in messages.
+/// @return as om_dds_motion_load, without OM_IO
+OM_API OmStatus om_dds_motion_parse(const char* data, size_t size, const char* name,
+                                    const char* arm, OmDdsMotion* motion);
+OM_API void om_dds_motion_done(OmDdsMotion* motion);
+
 // ---- programs that watch -------------------------------------------------------------------------------------------
 
 typedef struct OmWatch OmWatch;

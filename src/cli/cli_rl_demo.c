@@ -1,7 +1,9 @@
 // cli_rl_demo.c: omentum rl demo.
 #include <math.h>
+#include <string.h>
 
 #include "cli_rl.h"
+#include "omentum/dds.h"
 #include "omentum/rl_trace.h"
 
 static const OmCliOption option[] = {
@@ -10,7 +12,11 @@ static const OmCliOption option[] = {
     {"--number", "-n", "N", "demonstrations of the expert", "35", NULL, 1, 100000},
     {"--from", NULL, "FILE",
      "in place of the expert: follow the tip of a recorded robot, CSV with the columns time (s), x, y, z (m) "
-     "and jaw (rad); may be repeated"},
+     "and jaw (rad), or a recording of omentum dvrk or rosbag2 (.mcap); may be repeated"},
+    {"--arm", NULL, "NAME", "arm of a recording", "PSM1"},
+    {"--frames", NULL, "FILE",
+     "omentum register: where the frame \"task\" is in the frame of the recorded poses",
+     "the same"},
     {"--least-score", NULL, "X", "refuse a recorded robot whose path has a lower score",
      "the task's target", NULL, -1e9, 1e9},
     {"--deviation", NULL, "X", "refuse a path that the task's tip misses by more", "2", "mm", 0.01,
@@ -27,6 +33,62 @@ static const OmCliKey result_key[] = {
 };
 
 // ---- recorded robots ----------------------------------------------------------------------------------
+
+static bool is_recording(const char* path) {
+    const size_t n = strlen(path);
+    return n > 5 && strcmp(path + n - 5, ".mcap") == 0;
+}
+
+// The pose of the task in the frame of the recording.
+static OmStatus find_task(const OmCliArgs* args, OmPose* pose) {
+    OmDdsFrame frame[OM_DDS_MAX_FRAME];
+    const char* path = om_cli_get(args, "--frames");
+    int n = 0;
+    *pose = om_pose_identity();
+    if (!path) return OM_OK;
+    OM_TRY(om_dds_frames_load(path, frame, &n));
+    for (int i = 0; i < n; ++i)
+        if (strcmp(frame[i].name, "task") == 0) {
+            *pose = frame[i].pose_world_frame;
+            return OM_OK;
+        }
+    return om_error(OM_INVALID,
+                    "%s has no frame \"task\": make it by omentum register --frame task", path);
+}
+
+// The rows of a recording, in the frame of the task; the "line" of a row is the number of its message.
+static OmStatus load_motion(const OmCliArgs* args, const char* path, OmRlTrace* t) {
+    const char* arm = om_cli_get(args, "--arm");
+    OmDdsMotion m = {0};
+    OmPose task;
+    OmStatus status;
+    *t = (OmRlTrace){0};
+    OM_TRY_DONE(find_task(args, &task));
+    const OmPose back = om_pose_inverse(task);
+    OM_TRY_DONE(om_dds_motion_load(path, arm ? arm : "PSM1", &m));
+    snprintf(t->name, sizeof t->name, "%s", path);
+    OM_ALLOC_DONE(t->time, m.n);
+    OM_ALLOC_DONE(t->tip, 3 * (size_t)m.n);
+    OM_ALLOC_DONE(t->jaw, m.n);
+    OM_ALLOC_DONE(t->line, m.n);
+    t->n = m.n;
+    t->has_jaw = m.has_jaw;
+    for (int i = 0; i < m.n; ++i) {
+        t->time[i] = m.time[i];
+        om_store3(t->tip, i, om_pose_apply(back, m.tip[i].p));
+        t->jaw[i] = m.jaw[i];
+        t->line[i] = i + 1;
+    }
+    if (m.n < 2) status = om_error(OM_INVALID, "%s: a path needs at least two poses", path);
+done:
+    om_dds_motion_done(&m);
+    if (status < 0) om_rl_trace_done(t);
+    return status;
+}
+
+static OmStatus load_trace(const OmCliArgs* args, const char* path, OmRlTrace* trace) {
+    return is_recording(path) ? load_motion(args, path, trace) : om_rl_trace_load(path, trace);
+}
 
 // Append one table. The episode must have the score that is wanted.
 static OmStatus follow(const OmRlTrace* trace, double deviation, double least, const OmRlTask* task,
@@ -63,7 +125,7 @@ static OmStatus follow_all(const OmCliArgs* args, const OmRlTask* task, int seed
     for (int k = 0; (path = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
         OmRlFollow f;
         OM_TRY_DONE(om_progress_report(om_cli_progress(true), "tables", k, 0));
-        OM_TRY_DONE(om_rl_trace_load(path, &trace));
+        OM_TRY_DONE(load_trace(args, path, &trace));
         OM_TRY_DONE(follow(&trace, 1e-3 * deviation, least, task, drive, &f, demos));
         om_rl_trace_done(&trace);
         most = fmax(most, f.deviation);
@@ -107,7 +169,7 @@ static OmStatus check_files(const OmCliArgs* args, const char* part) {
     for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
         OmRlTrace trace;
         OM_TRY(om_path_check_apart(from, path));
-        OM_TRY(om_rl_trace_load(from, &trace));
+        OM_TRY(load_trace(args, from, &trace));
         om_rl_trace_done(&trace);
     }
     return OM_OK;
@@ -187,7 +249,8 @@ const OmCliVerb om_cli_verb_rl_demo = {
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum rl demo -t reach -o out/demos.hdf5\n"
-               "  omentum rl demo -t retract --from lift1.csv --from lift2.csv -o out/demos.hdf5",
+               "  omentum rl demo -t retract --from lift1.csv --from lift2.csv -o out/demos.hdf5\n"
+               "  omentum rl demo -t retract --from run.mcap --frames task.json -o out/demos.hdf5",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -223,6 +223,10 @@ OmStatus om__mcap_add(Mcap* mcap, const McapTopic* topic, int* channel) {
     return OM_OK;
 }
 
+uint32_t om__mcap_crc(const void* data, size_t size) {
+    return (uint32_t)crc32_z(0, (const Bytef*)data, size);
+}
+
 // ---- the file -----------------------------------------------------------------------------------------------------
 
 static OmStatus print_statistics(Mcap* m, OmText* out) {
@@ -260,7 +264,7 @@ static OmStatus print_ending(Mcap* m, uint64_t at, OmText* out) {
     OM_TRY(add_number(out, at + summary, 8));
     OM_TRY(add_number(out, 0, 8));  // no table of groups
     put_number(out, from, 20);
-    const uLong crc = crc32_z(0, (const Bytef*)out->str + summary, out->len - summary);
+    const uint32_t crc = om__mcap_crc(out->str + summary, out->len - summary);
     OM_TRY(add_number(out, crc, 4));
     return om_text_append_raw(out, magic, sizeof magic);
 }
@@ -282,7 +286,7 @@ static OmStatus print_chunk(Mcap* m, OmText* out) {
     OM_TRY(add_number(out, m->held_first, 8));
     OM_TRY(add_number(out, m->held_last, 8));
     OM_TRY(add_number(out, m->records.len, 8));
-    OM_TRY(add_number(out, crc32_z(0, (const Bytef*)m->records.str, m->records.len), 4));
+    OM_TRY(add_number(out, om__mcap_crc(m->records.str, m->records.len), 4));
     OM_TRY(add_string(out, ""));  // no compression
     OM_TRY(add_number(out, m->records.len, 8));
     OM_TRY(om_text_append_raw(out, m->records.str, m->records.len));

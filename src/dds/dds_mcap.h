@@ -25,6 +25,8 @@ OmStatus om__mcap_add(Mcap* mcap, const McapTopic* topic, int* channel);
 OmStatus om__mcap_write(Mcap* mcap, int channel, double time, const void* cdr, size_t size);
 // Write what is left, and free. Null is allowed.
 OmStatus om__mcap_close(Mcap* mcap);
+// The sum by which a chunk is checked.
+uint32_t om__mcap_crc(const void* data, size_t size);
 // ROS 2's name of a type, "sensor_msgs/msg/Image", and its definition with those it uses; null: none.
 const char* om__mcap_type_name(LinkType type);
 const char* om__mcap_schema(LinkType type);

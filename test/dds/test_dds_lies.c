@@ -263,7 +263,7 @@ static void pictures_are_new(void** unused) {
     expect(OLD, true, OM_IO, "depth/points: no new picture within 1 s", 0);
 }
 
-// Ctrl-C: both arms are told to hold before the program ends.
+// Ctrl-C: both arms get a hold before the program ends.
 static void a_person_stops_the_arms(void** unused) {
     (void)unused;
     Robot r;

@@ -1,6 +1,7 @@
 // test_rl_trace.c: tables of a recorded robot's tip, and the moves that follow them.
 #include "omentum/rl_trace.h"
 #include "point_task.h"
+#include "rl/rl_internal.h"
 #include "test_alloc.h"
 
 #define MOVE 0.0005
@@ -298,6 +299,49 @@ static void test_retract(void** state) {
     om_rl_task_destroy(task);
 }
 
+// The demonstration of a recorded robot, written to a file and read again: its actions from the first place of the path
+// take the tip along the path once more, as near as before.
+static void test_replay(void** state) {
+    (void)state;
+    static const char* const file = "test_rl_trace_replay.hdf5";
+    OmRlTask* task;
+    OmRlSetting move = {"move_mm", "2"};
+    OmRlDrive *drive, *again;
+    OmRlTrace t;
+    OmRlFollow f;
+    OmRlDemos demos = {0};
+    assert_ok(om_rl_task_create("retract", &move, 1, &task));
+    assert_ok(om_rl_drive_create(task, 1, &drive));
+    assert_ok(parse("time,x,y,z\n0,-0.05,0.004,0.04\n1,-0.046,0.001,0.022\n2,-0.02,0.002,0.075\n"
+                    "3,0,0,0.095\n",
+                    &t));
+    assert_ok(om_rl_trace_follow(&t, 0.004, drive, &f));
+    assert_ok(om_rl_drive_keep(drive, &demos));
+    assert_ok(om_rl_demos_save(&demos, file));
+    om_rl_demos_done(&demos);
+    assert_ok(om_rl_demos_load(file, &demos));
+    remove(file);
+    assert_ok(om_rl_demos_check(&demos, task));
+    assert_int_equal(demos.nstep, f.nstep);
+    assert_ok(om_rl_drive_create(task, 1, &again));
+    assert_ok(om_rl_drive_reset(again, -1));
+    assert_ok(task->ops->place(task, om__rl_drive_state(again), t.tip));
+    double* tip = malloc(3 * ((size_t)demos.nstep + 1) * sizeof *tip);
+    for (int i = 0; i <= demos.nstep; ++i) {
+        task->ops->tip(task, om__rl_drive_state(again), tip + 3 * i);
+        if (i < demos.nstep) assert_ok(om_rl_drive_step(again, demos.action + i * demos.naction));
+    }
+    assert_below(one_sided(tip, demos.nstep + 1, t.tip, t.n), f.deviation + 1e-12);
+    assert_below(one_sided(t.tip, t.n, tip, demos.nstep + 1), f.deviation + 1e-12);
+    assert_true(om_rl_drive_now(again)->is_terminated);
+    free(tip);
+    om_rl_demos_done(&demos);
+    om_rl_trace_done(&t);
+    om_rl_drive_destroy(drive);
+    om_rl_drive_destroy(again);
+    om_rl_task_destroy(task);
+}
+
 static OmStatus follow_once(void* ctx) {
     OmRlDrive* drive = NULL;
     OmRlTrace t = {0};
@@ -323,7 +367,8 @@ int main(void) {
         cmocka_unit_test(test_tables),       cmocka_unit_test(test_bad_tables),
         cmocka_unit_test(test_random_paths), cmocka_unit_test(test_straight),
         cmocka_unit_test(test_gripper),      cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_retract),      cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_retract),      cmocka_unit_test(test_replay),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
