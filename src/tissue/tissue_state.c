@@ -189,6 +189,15 @@ static OmStatus check_arm(int arm, OmPose pose) {
     return OM_OK;
 }
 
+// A midpoint of an edge with an end that is held still. Held by the tool as well, it would leave the edge no free node:
+// as the tissue is stretched the element turns inside out between tool and attachment, and the tool feels the barrier
+// of the law instead of the tissue (15 N in place of 1 N, folding a sheet beside an attachment).
+static bool is_between(const OmTissueModel* m, const OmTissueState* s, int i) {
+    if (i < m->ncorner) return false;
+    const int* end = m->mid_end + 2 * (size_t)(i - m->ncorner);
+    return om__is_held_still(s, end[0]) || om__is_held_still(s, end[1]);
+}
+
 OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPose pose,
                          double radius, int* nheld) {
     if (nheld) *nheld = 0;
@@ -198,15 +207,17 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     double reach = radius > 0 ? radius : GRASP_RADIUS;
     const double* x = om__state_array(s, OM__X);
     const signed char* by = om__state_held_by(s);
-    int count = 0, nbusy = 0;
+    int count = 0, nbusy = 0, nbetween = 0;
     double nearest = INFINITY;
     for (int i = 0; i < m->mesh.nvert; ++i) {
         if (m->own && !m->own[i]) continue;
         double d = om_norm(om_sub(om_load3(x, i), pose.p));
         bool is_busy = (by[i] >= 0 && by[i] != arm) || om__is_held_still(s, i);
         nearest = fmin(nearest, d);
-        count += d <= reach && !is_busy;
-        nbusy += d <= reach && is_busy;
+        if (d > reach) continue;
+        nbusy += is_busy;
+        count += !is_busy;
+        nbetween += !is_busy && is_between(m, s, i);
     }
     OM_CHECK(count > 0 || nbusy == 0, OM_INVALID,
              "arm %d cannot grasp: the %d vertices within %.1f mm of its tip are attached or held "
@@ -216,12 +227,14 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
         count > 0, OM_INVALID,
         "arm %d cannot grasp: no tissue within %.1f mm of its tip, the nearest is %.1f mm away",
         arm, 1e3 * reach, 1e3 * nearest);
+    const bool takes_between = count == nbetween;  // nothing else is in reach
+    if (!takes_between) count -= nbetween;
     om_tissue_release(s, arm);
     OmPose pose_tip_world = om_pose_inverse(pose);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_load3(x, i);
         if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0 || (m->own && !m->own[i])) continue;
-        if (om__is_held_still(s, i)) continue;
+        if (om__is_held_still(s, i) || (!takes_between && is_between(m, s, i))) continue;
         om__state_held_by(s)[i] = (signed char)arm;
         om_store3(om__state_array(s, OM__GRIP), i, om_pose_apply(pose_tip_world, p));
     }
