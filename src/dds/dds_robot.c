@@ -362,6 +362,7 @@ static OmStatus part_arms(OmDdsRobot* r, const OmTetMesh* mesh) {
     r->look_pose = om_alloc(om_world_state_size(r->arms), 1);
     if (!r->look_pose) return OM_NO_MEMORY;
     OM_TRY(om_world_observe(r->def.world, 0, &r->felt));
+    memcpy(r->load, r->felt.arm, sizeof r->load);
     if (r->watch) OM_ALLOC(r->x, 3 * (size_t)mesh->nvert);
     if (r->x)
         memcpy(r->x, om_body_x(om_world_truth(r->def.world)),

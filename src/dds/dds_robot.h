@@ -55,13 +55,14 @@ struct OmDdsRobot {
     // Of commands: by the wall clock arms apart from the tissue (owned), in lock-step the world.
     OmWorld* arms;
     bool is_apart;
-    OmJob* step;                     // of the tissue; null: none is under way
-    void* pose;                      // snapshot of the arms, for the step
-    double step_dt;                  // s of the step
-    double apart_begun, step_begun;  // s of the arms
-    double step_taken;               // s of the wall clock, that the step took
-    OmObservation felt;              // forces after the last step
-    bool is_holding[OM_MAX_ARM];     // the same
+    OmJob* step;                        // of the tissue; null: none is under way
+    void* pose;                         // snapshot of the arms, for the step
+    double step_dt;                     // s of the step
+    double apart_begun, step_begun;     // s of the arms
+    double step_taken;                  // s of the wall clock, that the step took
+    OmObservation felt;                 // of the job
+    OmArmObservation load[OM_MAX_ARM];  // forces after the last step that has ended
+    bool is_holding[OM_MAX_ARM];        // the same
     double* x;  // the same, vertices of the tissue, for programs that watch; null: none do
     double window_begun, window_tissue;  // s of the arms; s of the tissue since then
     bool has_said_slow;

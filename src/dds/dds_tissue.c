@@ -88,6 +88,7 @@ OmStatus om__robot_end_step(OmDdsRobot* r) {
     const OmBody* truth = om_world_truth(r->def.world);
     for (int a = 0; a < r->narm; ++a) r->is_holding[a] = om_body_is_holding(truth, a);
     if (r->x) memcpy(r->x, om_body_x(truth), 3 * (size_t)om_body_mesh(truth)->nvert * sizeof *r->x);
+    memcpy(r->load, r->felt.arm, sizeof r->load);
     ++r->report.nstep;
     r->report.tissue_time += r->step_dt;
     r->report.step_max = fmax(r->report.step_max, r->step_taken);
@@ -112,7 +113,7 @@ OmStatus om__robot_follow(OmDdsRobot* r) {
 void om__robot_feel(OmDdsRobot* r) {
     for (int a = 0; a < r->narm; ++a) {
         OmArmObservation* o = &r->obs.arm[a];
-        const OmArmObservation* felt = &r->felt.arm[a];
+        const OmArmObservation* felt = &r->load[a];
         o->has_wrench = felt->has_wrench;
         o->force = felt->force;
         o->torque = felt->torque;
