@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """omentum dvrk and omentum retract --world dds in two processes.
 
-    two_processes.py PROGRAM SCENE CASE
+    two_processes.py PROGRAM SCENE CASE [CLIENT]
 
+fast_dds       the program CLIENT, fast_dds_client.cpp, on another implementation of DDS homes an arm and moves it
 defras         the same of a run with all that the loop can do, on a scene of the repository
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
@@ -23,7 +24,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "fast_dds": 105}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -154,6 +155,21 @@ def interrupt():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
+def fast_dds():
+    if not os.path.exists(sys.argv[4]):
+        print("skip: Debian's fastddsgen and libfastrtps-dev are not installed (tools/packages_ci.txt)")
+        sys.exit(77)
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "60", "--pictures", "5")
+    wait_for("robot", "PSM1 and PSM2")
+    said = subprocess.run([sys.argv[4], DOMAIN], stdout=subprocess.PIPE, text=True, timeout=90, check=False)
+    if said.returncode != 0 or "PSM1 went from" not in said.stdout or "PSM1: home: ENABLED" not in text("robot"):
+        fail(f"exit code {said.returncode}: {said.stdout}\n{text('robot')}")
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0:
+        fail(f"exit code {robot.returncode}:\n{text('robot')}")
+    print(said.stdout)
+
+
 def defras():
     if subprocess.run([PROGRAM, "preplan", SCENE, "-q", "-o", str(TMP / "plan")], stdout=subprocess.DEVNULL, check=False).returncode > 1:
         fail("no plan before the operation")
@@ -186,5 +202,5 @@ def udp():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
-{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "fast_dds": fast_dds, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
