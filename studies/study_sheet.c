@@ -11,6 +11,7 @@
 #include "studies/study_cases.h"
 #include "studies/study_estimate.h"
 #include "studies/study_sheet_internal.h"
+#include "studies/study_table.h"
 
 #define COOKIE 0x57d15ee7u
 #define MAX_FILE ((size_t)64 << 20)
@@ -52,25 +53,27 @@ OmStatus om__study_sheet_path(const Sheet* s, const char* name, char* out, size_
     return om_path_join(s->def->out_dir, name, out, size);
 }
 
-// Write a file of the setup; an existing file must have the same contents.
-static OmStatus put_file(const Sheet* s, const char* name, const OmText* text) {
-    char path[MAX_PATH];
-    OM_TRY(om__study_sheet_path(s, name, path, sizeof path));
-    if (!om_path_exists(path)) return om_file_write(path, text->str, text->len);
-    char* there;
+// Write a file of the setup, and free the text; an existing file must have the same contents.
+static OmStatus put_file(const Sheet* s, const char* name, StudyLines* lines) {
+    char path[MAX_PATH], *there = NULL;
     size_t size;
-    OM_TRY(om_file_read(path, MAX_FILE, &there, &size));
-    bool is_same = size == text->len && memcmp(there, text->str, size) == 0;
+    OmStatus status = lines->status;
+    if (status >= 0) status = om__study_sheet_path(s, name, path, sizeof path);
+    if (status < 0 || !om_path_exists(path)) return om__lines_save(lines, s->def->out_dir, name);
+    OM_TRY_DONE(om_file_read(path, MAX_FILE, &there, &size));
+    OM_CHECK_DONE(size == lines->text.len && memcmp(there, lines->text.str, size) == 0, OM_INVALID,
+                  "%s is of a study with other settings; choose another folder or remove this one",
+                  path);
+done:
     om_free(there);
-    OM_CHECK(is_same, OM_INVALID,
-             "%s is of a study with other settings; choose another folder or remove this one",
-             path);
-    return OM_OK;
+    om_text_done(&lines->text);
+    return status;
 }
 
-static OmStatus put_scene(const Sheet* s, OmText* t) {
-    OM_TRY(om_text_append(
-        t,
+static OmStatus put_scene(const Sheet* s) {
+    StudyLines t = {0};
+    om__lines_add(
+        &t,
         "# The sheet of thesis 5.4.1: 90 x 90 x 3 mm on a board, fixed on one side, seen by a depth camera.\n"
         "name: calibration sheet\n"
         "tissue:\n"
@@ -82,68 +85,56 @@ static OmStatus put_scene(const Sheet* s, OmText* t) {
         "  element: quadratic\n"
         "  young: 20000\n"
         "  poisson: 0.45\n",
-        s->def->cells, s->def->cells, s->def->world_cells, s->def->world_cells));
-    OM_TRY(om_text_append(t,
-                          "  cluster_spacing_mm: %.9g\n"
-                          "  cluster_radius_mm: %.9g\n"
-                          "  cluster_stiffness: %.9g\n"
-                          "attachments: {kind: box, lo_mm: [-46, -46, -1], hi_mm: [-38, 46, 4]}\n"
-                          "roi: {random: false, center_mm: [0, 0, 1], radius_mm: 2}\n"
-                          "world: {young_factor: 1}\n"
-                          "task: {watch_force: false}    # positions have no forces in newtons\n",
-                          1e3 * s->thesis[0], 1e3 * s->thesis[1], s->thesis[2]));
-    return put_file(s, "sheet.yaml", t);
+        s->def->cells, s->def->cells, s->def->world_cells, s->def->world_cells);
+    om__lines_add(&t,
+                  "  cluster_spacing_mm: %.9g\n"
+                  "  cluster_radius_mm: %.9g\n"
+                  "  cluster_stiffness: %.9g\n"
+                  "attachments: {kind: box, lo_mm: [-46, -46, -1], hi_mm: [-38, 46, 4]}\n"
+                  "roi: {random: false, center_mm: [0, 0, 1], radius_mm: 2}\n"
+                  "world: {young_factor: 1}\n"
+                  "task: {watch_force: false}    # positions have no forces in newtons\n",
+                  1e3 * s->thesis[0], 1e3 * s->thesis[1], s->thesis[2]);
+    return put_file(s, "sheet.yaml", &t);
 }
 
 // The problem of all paths, or of the paths of one search.
-static OmStatus append_problem(const Sheet* s, int left_out, OmText* t) {
+static OmStatus put_problem(const Sheet* s, int left_out, const char* name) {
     const OmStudySheetDef* d = s->def;
-    OM_TRY(om_text_append(t, "title: Sheet lifted at %s points\nscene: %ssheet.yaml\n",
-                          left_out < 0 ? "five" : "four", left_out < 0 ? "" : "../"));
-    OM_TRY(om_text_append(t,
-                          "observations: %s\nparameters:\n"
-                          "  - {name: tissue.cluster_spacing_mm, min: 5, max: 35}\n"
-                          "  - {name: tissue.cluster_radius_mm, min: 2.5, max: 15}\n"
-                          "  - {name: tissue.cluster_stiffness, min: 0, max: 1}\npaths:\n",
-                          left_out < 0 ? "asked.csv" : "clouds.csv"));
+    StudyLines t = {0};
+    om__lines_add(&t,
+                  "title: Sheet lifted at %s points\nscene: %ssheet.yaml\n"
+                  "observations: %s\nparameters:\n"
+                  "  - {name: tissue.cluster_spacing_mm, min: 5, max: 35}\n"
+                  "  - {name: tissue.cluster_radius_mm, min: 2.5, max: 15}\n"
+                  "  - {name: tissue.cluster_stiffness, min: 0, max: 1}\npaths:\n",
+                  left_out < 0 ? "five" : "four", left_out < 0 ? "" : "../",
+                  left_out < 0 ? "asked.csv" : "clouds.csv");
     for (int p = 0; p < OM_STUDY_NPINCH; ++p)
         if (p != left_out)
-            OM_TRY(om_text_append(
-                t,
+            om__lines_add(
+                &t,
                 "  - {name: pinch %d, kind: lift, point_mm: [%g, %g, 1.5], direction: [0, 0, 1], "
                 "speed_mm_s: 20}\n",
-                p + 1, 1e3 * om__study_sheet_pinch[p][0], 1e3 * om__study_sheet_pinch[p][1]));
-    if (left_out < 0) OM_TRY(om_text_append(t, "  - {name: nobody, kind: rest}\n"));
-    return om_text_append(t,
-                          "search: {noise_mm: 1, population: %d, generations: %d, "
-                          "local_evaluations: %d, rise: %.9g, seed: %llu}\n",
-                          d->population, d->generations, d->local_evaluations, d->rise,
-                          (unsigned long long)d->seed);
+                p + 1, 1e3 * om__study_sheet_pinch[p][0], 1e3 * om__study_sheet_pinch[p][1]);
+    if (left_out < 0) om__lines_add(&t, "  - {name: nobody, kind: rest}\n");
+    om__lines_add(&t,
+                  "search: {noise_mm: 1, population: %d, generations: %d, local_evaluations: %d, "
+                  "rise: %.9g, seed: %llu}\n",
+                  d->population, d->generations, d->local_evaluations, d->rise,
+                  (unsigned long long)d->seed);
+    return put_file(s, name, &t);
 }
 
 // The levels at which clouds are taken.
-static OmStatus append_asked(OmText* t) {
-    OM_TRY(om_text_append(t, "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"));
+static OmStatus put_asked(const Sheet* s) {
+    StudyLines t = {0};
+    om__lines_add(&t, "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n");
     for (int p = 0; p < OM_STUDY_NPINCH; ++p)
         for (int l = 0; l < OM_STUDY_NLIFT; ++l)
-            OM_TRY(om_text_append(t, "pinch %d,%g,cloud,0,0,0\n", p + 1,
-                                  1e3 * om__study_sheet_lift[l]));
-    return om_text_append(t, "nobody,0,cloud,0,0,0\n");
-}
-
-static OmStatus put_setup(const Sheet* s) {
-    OmText text = {0};
-    OmStatus status;
-    OM_TRY_DONE(put_scene(s, &text));
-    om_text_done(&text);
-    OM_TRY_DONE(append_problem(s, -1, &text));
-    OM_TRY_DONE(put_file(s, "lift.yaml", &text));
-    om_text_done(&text);
-    OM_TRY_DONE(append_asked(&text));
-    status = put_file(s, "asked.csv", &text);
-done:
-    om_text_done(&text);
-    return status;
+            om__lines_add(&t, "pinch %d,%g,cloud,0,0,0\n", p + 1, 1e3 * om__study_sheet_lift[l]);
+    om__lines_add(&t, "nobody,0,cloud,0,0,0\n");
+    return put_file(s, "asked.csv", &t);
 }
 
 // ---- truth ----------------------------------------------------------------------------------------
@@ -169,42 +160,34 @@ static OmStatus get_clouds(Sheet* s) {
 }
 
 // The rows of the pinch points that a search uses.
-static OmStatus append_seen(const char* all, size_t size, int left_out, OmText* t) {
-    char unseen[24];
+static OmStatus put_seen(const Sheet* s, int left_out, const char* name) {
+    char unseen[24], path[MAX_PATH], *all;
+    size_t size;
+    StudyLines t = {0};
     snprintf(unseen, sizeof unseen, "pinch %d,", left_out + 1);
+    OM_TRY(om__study_sheet_path(s, "clouds.csv", path, sizeof path));
+    OM_TRY(om_file_read(path, MAX_FILE, &all, &size));
     for (const char *at = all, *end = all + size; at < end;) {
         const char* line = memchr(at, '\n', (size_t)(end - at));
-        size_t n = line ? (size_t)(line + 1 - at) : (size_t)(end - at);
-        bool is_kept = strncmp(at, unseen, strlen(unseen)) != 0 && strncmp(at, "nobody,", 7) != 0;
-        if (is_kept) OM_TRY(om_text_append_raw(t, at, n));
+        const size_t n = line ? (size_t)(line + 1 - at) : (size_t)(end - at);
+        if (strncmp(at, unseen, strlen(unseen)) != 0 && strncmp(at, "nobody,", 7) != 0)
+            om__lines_add(&t, "%.*s", (int)n, at);
         at += n;
     }
-    return OM_OK;
+    om_free(all);
+    return put_file(s, name, &t);
 }
 
 // The folder of a search: its problem and its clouds.
 static OmStatus put_fold(const Sheet* s, int left_out, char* dir, size_t dir_size) {
-    char name[64], path[MAX_PATH];
-    char* all = NULL;
-    size_t size;
-    OmText text = {0};
-    OmStatus status;
+    char name[64];
     snprintf(name, sizeof name, "without-%d", left_out + 1);
     OM_TRY(om__study_sheet_path(s, name, dir, dir_size));
     OM_TRY(om_path_make_dir(dir));
-    OM_TRY(om__study_sheet_path(s, "clouds.csv", path, sizeof path));
-    OM_TRY_DONE(append_problem(s, left_out, &text));
     snprintf(name, sizeof name, "without-%d/lift.yaml", left_out + 1);
-    OM_TRY_DONE(put_file(s, name, &text));
-    om_text_done(&text);
-    OM_TRY_DONE(om_file_read(path, MAX_FILE, &all, &size));
-    OM_TRY_DONE(append_seen(all, size, left_out, &text));
+    OM_TRY(put_problem(s, left_out, name));
     snprintf(name, sizeof name, "without-%d/clouds.csv", left_out + 1);
-    status = put_file(s, name, &text);
-done:
-    om_free(all);
-    om_text_done(&text);
-    return status;
+    return put_seen(s, left_out, name);
 }
 
 // ---- errors ---------------------------------------------------------------------------------------
@@ -279,7 +262,9 @@ static OmStatus tell(const Sheet* s) {
 
 static OmStatus run(Sheet* s) {
     OM_TRY(tell(s));
-    OM_TRY(put_setup(s));
+    OM_TRY(put_scene(s));
+    OM_TRY(put_problem(s, -1, "lift.yaml"));
+    OM_TRY(put_asked(s));
     OM_TRY(get_clouds(s));
     double begin = om_clock_now();
     OM_TRY(eval_all(s, s->thesis, &s->thesis_error));
