@@ -430,16 +430,24 @@ static void calibrate(const Att* s, OmStudyAttachmentsSummary* sum) {
     }
 }
 
+StudyGoals om__att_goals(const OmStudyAttachmentsSummary* sum) {
+    const OmStudyGuessResult *one = &sum->by[OM_STUDY_SINGLE], *three = &sum->by[OM_STUDY_THREE];
+    return (StudyGoals){
+        5,
+        {{"median DSC of single views", "%.2f", one->dsc.median, OM_STUDY_ATT_DSC},
+         {"median TPR of single views", "%.0f %%", 100 * one->tpr.median, 100 * OM_STUDY_ATT_TPR},
+         {"median DSC of three views", "%.2f", three->dsc.median, OM_STUDY_ATT_DSC3},
+         {"median TPR of three views", "%.0f %%", 100 * three->tpr.median, 100 * OM_STUDY_ATT_TPR3},
+         {"processor time of a view", "%.0f ms", one->ms, OM_STUDY_ATT_MS, true}}};
+}
+
 static void summarise(Att* s) {
     OmStudyAttachmentsSummary* sum = &s->sum;
     sum->nlayout = s->nlayout;
     for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess)
         summarise_guess(s, guess, &sum->by[guess]);
     calibrate(s, sum);
-    const OmStudyGuessResult *one = &sum->by[OM_STUDY_SINGLE], *three = &sum->by[OM_STUDY_THREE];
-    sum->is_met = one->dsc.median >= OM_STUDY_ATT_DSC && one->tpr.median >= OM_STUDY_ATT_TPR &&
-                  three->dsc.median >= OM_STUDY_ATT_DSC3 &&
-                  three->tpr.median >= OM_STUDY_ATT_TPR3 && one->ms <= OM_STUDY_ATT_MS;
+    sum->is_met = om__goals_met(om__att_goals(sum));
 }
 
 static OmStatus name_layout(const void* ctx, int i, char name[64], uint64_t* hash) {

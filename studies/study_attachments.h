@@ -4,6 +4,7 @@
 
 #include "omentum/banet_update.h"
 #include "studies/study_attach_protocol.h"
+#include "studies/study_goal.h"
 #include "studies/study_internal.h"
 #include "studies/study_match.h"
 #include "studies/study_match_case.h"
@@ -55,6 +56,7 @@ typedef struct Att {
 
 extern const char* const om__study_guess_name[OM_STUDY_NGUESS];   // for files
 extern const char* const om__study_guess_title[OM_STUDY_NGUESS];  // for people
+StudyGoals om__att_goals(const OmStudyAttachmentsSummary* sum);
 OmStatus om__att_write(const Att* s);
 
 #endif

@@ -232,6 +232,17 @@ OmStatus om__cor_summarise(const Cor* s, OmStudyWay way, const unsigned char* wh
     return OM_OK;
 }
 
+StudyGoals om__cor_goals(const OmStudyCorrespondenceSummary* sum) {
+    const OmStudyWayResult* r = &sum->fold[OM_STUDY_TRACKS];
+    const double none = r->answered > 0 ? 0 : (double)NAN;
+    return (StudyGoals){
+        4,
+        {{"median error", "%.1f mm", 1e3 * r->median + none, 1e3 * OM_STUDY_COR_MEDIAN, true},
+         {"90 % of the errors", "%.1f mm", 1e3 * r->p90 + none, 1e3 * OM_STUDY_COR_P90, true},
+         {"points with an answer", "%.0f %%", 100 * r->answered, 100 * OM_STUDY_COR_ANSWERED},
+         {"processor time of a case", "%.0f ms", r->ms + none, OM_STUDY_COR_MS, true}}};
+}
+
 static OmStatus summarise(Cor* s) {
     unsigned char which[256] = {0};
     for (int k = 0; k < s->ncase && k < 256; ++k) {
@@ -242,11 +253,8 @@ static OmStatus summarise(Cor* s) {
         OM_TRY(om__cor_summarise(s, way, NULL, &s->sum.all[way]));
         OM_TRY(om__cor_summarise(s, way, which, &s->sum.fold[way]));
     }
-    const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_TRACKS];
     s->sum.ncase = s->ncase;
-    s->sum.is_met = live->npoint > 0 && live->answered > 0 && live->median <= OM_STUDY_COR_MEDIAN &&
-                    live->p90 <= OM_STUDY_COR_P90 && live->answered >= OM_STUDY_COR_ANSWERED &&
-                    live->ms <= OM_STUDY_COR_MS;
+    s->sum.is_met = om__goals_met(om__cor_goals(&s->sum));
     return OM_OK;
 }
 

@@ -2,6 +2,7 @@
 #ifndef OMENTUM_STUDY_CORRESPONDENCE_H
 #define OMENTUM_STUDY_CORRESPONDENCE_H
 
+#include "studies/study_goal.h"
 #include "studies/study_internal.h"
 #include "studies/study_match_ways.h"
 
@@ -37,6 +38,7 @@ typedef struct Cor {
 // A way over all cases for which `which` is nonzero (null: all).
 OmStatus om__cor_summarise(const Cor* s, OmStudyWay way, const unsigned char* which,
                            OmStudyWayResult* result);
+StudyGoals om__cor_goals(const OmStudyCorrespondenceSummary* sum);
 OmStatus om__cor_write(const Cor* s);
 
 #endif

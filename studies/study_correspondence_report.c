@@ -14,18 +14,6 @@ static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* 
 
 // ---- report.html ----------------------------------------------------------------------------------
 
-static void add_outcome(const Cor* s, OmReport* report) {
-    const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_TRACKS];
-    om__report_judge(
-        report, s->sum.is_met,
-        "Folds of 135 degrees with tracks and a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
-        "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
-        "%d ms is %s.",
-        1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms,
-        1e3 * OM_STUDY_COR_MEDIAN, 1e3 * OM_STUDY_COR_P90, 100 * OM_STUDY_COR_ANSWERED,
-        OM_STUDY_COR_MS, s->sum.is_met ? "met" : "missed");
-}
-
 static void add_summary(const OmStudyWayResult* result, const char* title, OmReport* report) {
     StudyTable table =
         om__table("way|median, mm|90 %, mm|worst, mm|answered, %|lost cases|processor time, ms");
@@ -124,7 +112,8 @@ static OmStatus write_report(const Cor* s) {
     OmReport report;
     om_report_begin(&report, "Correspondence",
                     "material points of a folded and pulled sheet, by several ways");
-    add_outcome(s, &report);
+    om__report_goals(&report, "Folds of 135 degrees, tracks, a twin that has gone 70 % of the way",
+                     om__cor_goals(&s->sum));
     add_summary(s->sum.all, "All cases", &report);
     add_summary(s->sum.fold, "Folds of 135 degrees, right attachments", &report);
     OmStatus status = add_chart(s, &report);

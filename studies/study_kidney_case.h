@@ -12,6 +12,7 @@
 #include "omentum/match.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
+#include "studies/study_goal.h"
 #include "studies/study_kidney.h"
 
 #define KIDNEY_NGRASP 4    // A to D
@@ -165,6 +166,8 @@ OmStatus om__kidney_sample_guess(const Kidney* s, struct SimBody* body);
 OmStatus om__kidney_summarise_samples(Kidney* s);
 // The picture of the highest lift of a row: a file of the study's folder.
 OmStatus om__kidney_picture_path(const Kidney* s, int grasp, int state, char* path, size_t size);
+// The goals of the parts that were run.
+StudyGoals om__kidney_goals(const Kidney* s);
 OmStatus om__kidney_write(const Kidney* s);
 extern const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY];
 extern const char* const om__kidney_way_title[OM_STUDY_KIDNEY_NWAY];

@@ -18,28 +18,9 @@ static OmStudyKidneyWay main_way(const Kidney* s) {
 // ---- report.html --------------------------------------------------------------------------------------
 
 static void add_outcome(const Kidney* s, OmReport* report) {
-    const OmStudyKidneySummary* m = &s->sum;
-    const OmStudyKidneyTable* t = &m->by[main_way(s)];
-    char text[700];
-    size_t n = 0;
-    if (m->dsc.n > 0)
-        n += (size_t)snprintf(
-            text + n, sizeof text - n,
-            "%d samples, network alone: median DSC %.2f (goal %g, thesis 0.51), AVE %.1f mm "
-            "(goal %g, thesis 1.4). ",
-            m->nsample, m->dsc.median, OM_STUDY_KIDNEY_DSC, 1e3 * m->ave.median,
-            1e3 * OM_STUDY_KIDNEY_AVE);
-    if (s->def->nrun > 0)
-        n += (size_t)snprintf(
-            text + n, sizeof text - n,
-            "Dissection, %s: mean %.1f mm (goal %g, thesis 4.0), worst row %.1f mm (goal %g, thesis "
-            "8.8), mean of AVE over AVE without attachments %.2f (goal %g, thesis 0.22). ",
-            om__kidney_way_title[main_way(s)], 1e3 * t->mean, 1e3 * OM_STUDY_KIDNEY_MEAN,
-            1e3 * t->worst, 1e3 * OM_STUDY_KIDNEY_ROW, t->ratio, OM_STUDY_KIDNEY_RATIO);
-    if (!m->has_network)
-        n += (size_t)snprintf(text + n, sizeof text - n, "Left out: the rows of the network. ");
-    snprintf(text + n, sizeof text - n, "%s.", m->is_met ? "Met" : "Missed");
-    om_report_verdict(report, text, m->is_met);
+    om__report_goals(report, "Fat over the kidney", om__kidney_goals(s));
+    if (!s->sum.has_network)
+        om_report_paragraph(report, "Left out, for there is no network: its rows.");
     const OmStudyKidneyDef* d = s->def;
     if (!d->is_quick && d->nsample == NSAMPLE && d->nrun == NRUN) return;
     om__report_say(report, "Not the study of the thesis: %s%d of %d samples, %d of %d runs.",

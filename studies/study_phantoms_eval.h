@@ -2,6 +2,7 @@
 #ifndef OMENTUM_STUDY_PHANTOMS_EVAL_H
 #define OMENTUM_STUDY_PHANTOMS_EVAL_H
 
+#include "studies/study_goal.h"
 #include "studies/study_phantoms.h"
 #include "studies/study_phantoms_case.h"
 
@@ -70,6 +71,7 @@ extern const char* const om__phantoms_row_title[OM_STUDY_PHANTOM_NROW];
 OmStatus om__phantoms_eval(const Phantoms* s, const PhantomCase* c, PhantomResult* result);
 // Which row of the table a step belongs to.
 bool om__phantoms_is_in_row(const PhantomCase* c, const PhantomView* view, OmStudyPhantomRow row);
+StudyGoals om__phantoms_goals(const OmStudyPhantomsSummary* sum);
 OmStatus om__phantoms_write(const Phantoms* s);
 
 #endif

@@ -49,23 +49,10 @@ static void add_table(const Phantoms* s, int way, OmReport* report) {
 
 static void add_outcome(const Phantoms* s, OmReport* report) {
     const OmStudyPhantomsSummary* sum = &s->sum;
-    const OmStudyPhantomResult *all = &sum->row[OM_STUDY_PHANTOM_TOTAL],
-                               *grasps = &sum->row[OM_STUDY_PHANTOM_GRASPS];
-    int way = sum->has_network ? OM_STUDY_PHANTOM_ALL : OM_STUDY_PHANTOM_PHYSICS;
-    if (!sum->has_network)
-        om_report_verdict(
-            report, "Left out, for there is no network: network, network fused, all three.", false);
-    om__report_judge(
-        report, sum->is_met,
-        "By %s over %d steps of %d lifts: median DSC %.2f (goal %g, thesis 0.41), TPR %.0f %% (goal %.0f %%, "
-        "thesis 72 %%), AVE %.1f mm with %.1f mm of the true attachments (goal: at most %.1f mm more). Over several "
-        "grasps: DSC %.2f (goal %g, thesis 0.50), TPR %.0f %% (goal %.0f %%, thesis 52 %%). Goals %s. Error at rest "
-        "%.1f mm (thesis 4.8 mm).",
-        om__phantoms_way_title[way], sum->nview, sum->nlift, all->by[way].dsc.median,
-        OM_STUDY_PHANTOM_DSC, 100 * all->by[way].tpr.median, 100 * OM_STUDY_PHANTOM_TPR,
-        1e3 * all->by[way].ave.median, 1e3 * all->same.ave.median, 1e3 * OM_STUDY_PHANTOM_AVE,
-        grasps->by[way].dsc.median, OM_STUDY_PHANTOM_DSC_GRASPS, 100 * grasps->by[way].tpr.median,
-        100 * OM_STUDY_PHANTOM_TPR_GRASPS, sum->is_met ? "met" : "missed", 1e3 * sum->rest.median);
+    om__report_goals(report, "Network, fusion and physics together", om__phantoms_goals(sum));
+    om__report_say(report, "%d steps of %d lifts; the error at rest is %.1f mm (thesis 4.8 mm).%s",
+                   sum->nview, sum->nlift, 1e3 * sum->rest.median,
+                   sum->has_network ? "" : " There is no network: only physics is judged below.");
     const OmStudyPhantomsDef* d = s->def;
     int most = d->is_development ? PHANTOM_NDEV : PHANTOM_NSHAPE;
     most *= PHANTOM_NSET * PHANTOM_NSTART;

@@ -5,6 +5,7 @@
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "studies/study_attach_protocol.h"
+#include "studies/study_goal.h"
 #include "studies/study_simulated.h"
 
 #define SIM_NSET OM_STUDY_SIM_NSET
@@ -104,6 +105,7 @@ OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability);
 
 // ---- study_simulated_report.c -----------------------------------------------------------------------
 
+StudyGoals om__sim_goals(const OmStudySimulatedSummary* sum);
 OmStatus om__sim_write(const Sim* s);
 // A picture at rest, from the side of the attachments: green found and true, blue missed, red wrong (body->guess).
 OmStatus om__sim_add_rest(const SimBody* body, int nworker, const char* caption, OmReport* report);

@@ -14,30 +14,11 @@
 // ---- tables -------------------------------------------------------------------------------------------
 
 static void add_outcome(const Sim* s, OmReport* report) {
-    const OmStudySimulatedSummary* sum = &s->sum;
-    const OmStudySimulatedRow* test = &sum->all[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET];
-    const OmStudySimulatedRow* part = &sum->hidden[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_NET];
-    if (!sum->has_net) {
+    if (s->sum.has_net)
+        om__report_goals(report, "The network", om__sim_goals(&s->sum));
+    else
         om_report_verdict(report, "There are no weights: the rows of the network are left out.",
                           false);
-        return;
-    }
-    const OmStudySimulatedRow* same = &sum->all[OM_STUDY_SIM_EXACT][OM_STUDY_SIM_SAME];
-    om__report_judge(
-        report, sum->is_met,
-        "Test (a): median DSC %.2f (goal %.2f), TPR %.0f %% (%.0f %%), AVE %.2f mm (%.2f mm), expected "
-        "calibration error %.3f (%.2f). TestV (a): DSC %.2f (%.2f), TPR %.0f %% (%.0f %%). DSC of Test (b) %.2f "
-        "(%.2f), on a board %.2f (%.2f), with two regions %.2f (%.2f): %s.",
-        test->dsc.median, OM_STUDY_SIM_DSC[OM_STUDY_SIM_EXACT], 100 * test->tpr.median,
-        100 * OM_STUDY_SIM_TPR, 1e3 * test->ave.median, 1e3 * (same->ave.median + OM_STUDY_SIM_AVE),
-        sum->ece[OM_STUDY_SIM_EXACT], OM_STUDY_SIM_ECE, part->dsc.median, OM_STUDY_SIM_DSC_V,
-        100 * part->tpr.median, 100 * OM_STUDY_SIM_TPR_V,
-        sum->all[OM_STUDY_SIM_CAMERA][OM_STUDY_SIM_NET].dsc.median,
-        OM_STUDY_SIM_DSC[OM_STUDY_SIM_CAMERA],
-        sum->all[OM_STUDY_SIM_BOARD][OM_STUDY_SIM_NET].dsc.median,
-        OM_STUDY_SIM_DSC[OM_STUDY_SIM_BOARD],
-        sum->all[OM_STUDY_SIM_TWO][OM_STUDY_SIM_NET].dsc.median, OM_STUDY_SIM_DSC[OM_STUDY_SIM_TWO],
-        sum->is_met ? "met" : "missed");
 }
 
 static void add_row(const OmStudySimulatedRow* r, const char* title, StudyTable* t) {

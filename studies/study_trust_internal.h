@@ -2,6 +2,7 @@
 #ifndef OMENTUM_STUDY_TRUST_INTERNAL_H
 #define OMENTUM_STUDY_TRUST_INTERNAL_H
 
+#include "studies/study_goal.h"
 #include "studies/study_trust.h"
 #include "studies/study_trust_case.h"
 
@@ -54,6 +55,7 @@ void om__trust_reliability_add(OmStudyReliability* r, int n, const float* probab
                                const unsigned char* attached, const unsigned char* truth);
 void om__trust_reliability_end(OmStudyReliability* r);
 
+StudyGoals om__trust_goals(const OmStudyTrustSummary* sum);
 OmStatus om__trust_write(const Trust* s);
 
 #endif

@@ -52,14 +52,10 @@ static void print_case(const TrustCase* c, char* out, size_t size) {
 
 static void add_outcome(const Trust* s, OmReport* report) {
     const OmStudyTrustSummary* sum = &s->sum;
-    om__report_judge(
-        report, sum->is_met,
-        "%d of %d wrong acquisitions are accepted with a Dice more than %.2f below that of the right data (goal: 2 of "
-        "500). %d of %d right ones are refused (goal: %.0f %%). The expected calibration error is %.3f (goal: %.2f). "
-        "The goal is %s.",
-        sum->nbad, sum->nwrong, OM_STUDY_TRUST_LOSS, sum->nright_refused, sum->nright,
-        100 * OM_STUDY_TRUST_REFUSED, sum->all.ece, OM_STUDY_TRUST_ECE,
-        sum->is_met ? "met" : "missed");
+    char subject[96];
+    snprintf(subject, sizeof subject, "%d right and %d wrong acquisitions", sum->nright,
+             sum->nwrong);
+    om__report_goals(report, subject, om__trust_goals(sum));
     om__report_facts(
         report,
         "Dice, right data|Dice, accepted wrong data|wrong acquisitions refused|Brier score|Brier score, "

@@ -3,6 +3,7 @@
 // Probabilities are judged vertex by vertex: the goal is about accepted updates, whose estimate a robot uses. A refused
 // update has a probability too (the prior, or an estimate that was not adopted); `every` shows what it is worth.
 #include <math.h>
+#include <string.h>
 
 #include "omentum/match.h"
 #include "studies/study_attach_protocol.h"
@@ -160,15 +161,25 @@ static void calibrate(int n, const TrustResult* result, OmStudyTrustSummary* sum
     om__trust_reliability_end(&sum->every);
 }
 
+// Shares in whole cases.
+StudyGoals om__trust_goals(const OmStudyTrustSummary* sum) {
+    const double none = sum->all.n > 0 ? 0 : (double)NAN;
+    return (StudyGoals){
+        3,
+        {{"wrong acquisitions accepted with a Dice more than 0.15 below that of the right data",
+          "%.0f", sum->nbad, floor(OM_STUDY_TRUST_BAD * sum->nwrong + 0.5), true},
+         {"right acquisitions refused", "%.0f", sum->nright_refused,
+          floor(OM_STUDY_TRUST_REFUSED * sum->nright + 0.5), true},
+         {"expected calibration error", "%.3f", sum->all.ece + none, OM_STUDY_TRUST_ECE, true}}};
+}
+
 OmStatus om__trust_summarise(int n, const TrustResult* result, OmStudyTrustSummary* sum) {
     double* value;
     OM_ALLOC(value, TRUST_NLIFT * (size_t)n);
     count(n, result, sum);
     find_medians(n, result, value, sum);
     calibrate(n, result, sum);
-    sum->is_met = sum->nbad <= (int)floor(OM_STUDY_TRUST_BAD * sum->nwrong + 0.5) &&
-                  sum->nright_refused <= (int)floor(OM_STUDY_TRUST_REFUSED * sum->nright + 0.5) &&
-                  sum->all.n > 0 && sum->all.ece <= OM_STUDY_TRUST_ECE;
+    sum->is_met = om__goals_met(om__trust_goals(sum));
     om_free(value);
     return OM_OK;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_goal.h"
 #include "test_folder.h"
 
 static char* html;
@@ -84,6 +85,35 @@ static void test_sentences(void** unused) {
     assert_null(strstr(html, "nothing"));
 }
 
+// At the bound is met, from both sides; beyond it is missed, and so is a value that was not measured.
+static void test_goals(void** unused) {
+    (void)unused;
+    OmReport report;
+    const StudyGoal most = {"error", "%.1f mm", 2, 2, true},
+                    least = {"share", "%.0f %%", 80, 80, .thesis = "72 %"};
+    StudyGoals goals = {2, {most, least}};
+    assert_true(om__goals_met(goals));
+    om_report_begin(&report, "goals", "");
+    om__report_goals(&report, "ours", goals);
+    goals.goal[0].found = 2.1;
+    goals.goal[1].found = 79;
+    goals.goal[goals.n++] = most;
+    goals.goal[goals.n] = least;
+    goals.goal[goals.n++].found = (double)NAN;
+    assert_false(om__goals_met(goals));
+    om__report_goals(&report, "others", goals);
+    read_report(&report);
+    assert_has(">ours: 2 of 2 goals are met.<");
+    assert_has(
+        "<tr><td>error</td><td>2.0 mm</td><td>at most 2.0 mm</td><td></td><td>met</td></tr>");
+    assert_has(
+        "<tr><td>share</td><td>80 %</td><td>at least 80 %</td><td>72 %</td><td>met</td></tr>");
+    assert_has(">others: 1 of 4 goals are met.<");
+    assert_has("<td>2.1 mm</td><td>at most 2.0 mm</td><td></td><td>missed</td>");
+    assert_has("<td>79 %</td><td>at least 80 %</td><td>72 %</td><td>missed</td>");
+    assert_has("<td>-</td><td>at least 80 %</td><td>72 %</td><td>missed</td>");
+}
+
 static void assert_file(const char* name, const char* text) {
     char* found;
     size_t size;
@@ -152,7 +182,8 @@ static void test_failures(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rows), cmocka_unit_test(test_cells), cmocka_unit_test(test_sentences),
-        cmocka_unit_test(test_files), cmocka_unit_test(test_failures)};
+        cmocka_unit_test(test_rows),      cmocka_unit_test(test_cells),
+        cmocka_unit_test(test_sentences), cmocka_unit_test(test_goals),
+        cmocka_unit_test(test_files),     cmocka_unit_test(test_failures)};
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
