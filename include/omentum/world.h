@@ -182,8 +182,8 @@ OM_API OmStatus om_world_create_arms(const OmWorld* world, OmWorld** arms);
 /// Put the arms of a simulated world, and its clock, where a snapshot of its arms has them. The tissue is unchanged.
 /// @return OM_OK; OM_UNAVAILABLE (not a simulated world)
 OM_API OmStatus om_world_set_arms(OmWorld* world, const void* block);
-/// Advance the tissue alone by `dt` seconds: jaws that have closed grasp it, open ones let go, tips pull it. The clock
-/// of the world stays that of its arms.
+/// Advance the tissue alone by `dt` seconds: jaws that have closed grasp it, open ones let go, tips pull it, at
+/// 0.25 m/s and 5 rad/s at most, where the arms are ahead. The clock of the world stays that of its arms.
 /// @return as om_world_advance; OM_UNAVAILABLE (not a simulated world)
 OM_API OmStatus om_world_advance_tissue(OmWorld* world, double dt);
 /// Let the arms know which of them hold tissue.

@@ -228,6 +228,16 @@ static void wait_until(double time) {
     nanosleep(&t, NULL);
 }
 
+// Endoscope and depth camera by turns: a picture of one does not wait for that of the other.
+static OmStatus look(OmDdsRobot* r) {
+    const unsigned wanted = om__robot_wanted_pictures(r), image = wanted & OM_OBSERVE_IMAGE;
+    const unsigned depth = wanted & ~image;
+    const int neye = image && depth ? 2 : 1;
+    r->is_depth_turn = !image || (depth && !r->is_depth_turn);
+    r->next_picture = fmax(r->next_picture + 1 / (neye * r->def.picture_rate), r->obs.time);
+    return om__robot_begin_look(r, r->is_depth_turn ? depth : image);
+}
+
 static OmStatus tick_by_clock(OmDdsRobot* r, double end, const OmProgress* progress) {
     const double dt = 1 / r->def.rate;
     double next = om_clock_now() + dt;
@@ -240,8 +250,7 @@ static OmStatus tick_by_clock(OmDdsRobot* r, double end, const OmProgress* progr
         const bool is_free = !r->job || om_job_is_finished(r->job);
         if (r->def.picture_rate > 0 && is_free && r->obs.time >= r->next_picture) {
             OM_TRY(om__robot_publish_info(r));
-            OM_TRY(om__robot_begin_look(r, om__robot_wanted_pictures(r)));
-            r->next_picture = fmax(r->next_picture + 1 / r->def.picture_rate, r->obs.time);
+            OM_TRY(look(r));
         }
         OM_TRY(om__robot_show(r));
         watch_readers(r);

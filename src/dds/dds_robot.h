@@ -78,6 +78,7 @@ struct OmDdsRobot {
     double taken;         // s, time that the job took
     double stamp_origin;  // s of the epoch at the world's time 0; 0 in lock-step
     double next_picture;  // s of the world
+    bool is_depth_turn;   // of the last picture
     // of the client in lock-step: its number, commands since its first tick
     uint32_t client, ntaken;
     LinkMessage tick;  // that waits for its commands

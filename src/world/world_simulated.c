@@ -13,8 +13,11 @@
 #include "world/world_view.h"
 
 #define JAW_START (40.0 * OM_PI / 180.0)
-#define RCM_HEIGHT 0.13   // m over the board
-#define RCM_OUT 0.045     // m beyond the tissue's edge
+#define RCM_HEIGHT 0.13  // m over the board
+#define RCM_OUT 0.045    // m beyond the tissue's edge
+#define FOLLOW_SPEED \
+    0.25  // m/s of tissue behind arms apart from it: the fastest that a tip moves (dds_arm.h)
+#define FOLLOW_TURN 5.0   // rad/s, the same
 #define PARK_HEIGHT 0.07  // m, height of parked tools
 
 typedef struct Tool {  // the constants of an arm, and data computed from its state
@@ -42,7 +45,9 @@ typedef struct SimWorld {
     OmWindow window;  // of OM_OBSERVE_WINDOW
     OmWorldDamage damage;
     bool is_sense_stale;
-    int nclose[OM_MAX_ARM];  // closings that the tissue has followed, of om_world_advance_tissue
+    // Of om_world_advance_tissue: closings that the tissue has followed, and where it is held.
+    int nclose[OM_MAX_ARM];
+    OmPose grip[OM_MAX_ARM];  // pose_world_tip
 } SimWorld;
 
 static void sim_destroy(OmWorld* world) {
@@ -139,6 +144,7 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     om__world_arm_step(w->scene, &w->tool[index].psm, index, dt, arm);
     OM_TRY(move_jaw(w, index, dt));
+    w->grip[index] = arm->tip;
     return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
 }
 
@@ -313,6 +319,7 @@ static void sim_restore(OmWorld* world, const void* block) {
     SimWorld* w = (SimWorld*)world;
     memcpy(&w->now, block, sizeof w->now);
     om_body_restore(w->body, (const char*)block + sizeof w->now);
+    for (int a = 0; a < world->narm; ++a) w->grip[a] = w->now.arm[a].tip;
     w->is_sense_stale = true;
 }
 
@@ -400,22 +407,35 @@ OmStatus om_world_set_arms(OmWorld* world, const void* block) {
     return OM_OK;
 }
 
+// The way of a tip in a step that comes late is long: all of it at once would strain the tissue as no motion of the arm
+// does, and a solver that needs longer for it would be later still. The grip follows at a limited speed.
+static OmPose follow_tip(OmPose from, OmPose to, double dt) {
+    const double way = om_distance(from.p, to.p), turn = om_quat_angle(from.q, to.q);
+    double part = way > FOLLOW_SPEED * dt ? FOLLOW_SPEED * dt / way : 1;
+    if (turn * part > FOLLOW_TURN * dt) part = FOLLOW_TURN * dt / turn;
+    if (part >= 1) return to;
+    return (OmPose){om_lerp(from.p, to.p, part), om_quat_slerp(from.q, to.q, part)};
+}
+
 // A jaw that has opened and closed again between two steps lets go, and grasps where it is.
-static OmStatus follow_arm(SimWorld* w, int index) {
+static OmStatus follow_arm(SimWorld* w, int index, double dt) {
     const ArmState* arm = &w->now.arm[index];
     const bool is_closed = arm->jaw < JAW_CLOSED, is_another = arm->nclose != w->nclose[index];
     if (om_body_is_holding(w->body, index) && (!is_closed || is_another))
         om_body_release(w->body, index);
     if (is_closed && is_another) OM_TRY(grasp(w, index));
     w->nclose[index] = arm->nclose;
-    return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
+    const bool is_held = om_body_is_holding(w->body, index) && !is_another;
+    w->grip[index] = is_held ? follow_tip(w->grip[index], arm->tip, dt) : arm->tip;
+    return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, w->grip[index])
+                                              : OM_OK;
 }
 
 OmStatus om_world_advance_tissue(OmWorld* world, double dt) {
     OM_TRY(check_simulated(world));
     OM_CHECK(dt > 0 && isfinite(dt), OM_INVALID, "time step is %g s; must be positive", dt);
     SimWorld* w = (SimWorld*)world;
-    for (int a = 0; a < world->narm; ++a) OM_TRY(follow_arm(w, a));
+    for (int a = 0; a < world->narm; ++a) OM_TRY(follow_arm(w, a, dt));
     return step_tissue(w, dt);
 }
 

@@ -142,10 +142,15 @@ def kill_client():
 
 
 def interrupt():
-    robot, run = both()
-    run.send_signal(signal.SIGINT)
-    start = time.time()
-    if run.wait(20) != 130 or "cancelled" not in text("run"):
+    for _ in range(4):
+        robot, run = both()
+        run.send_signal(signal.SIGINT)
+        start = time.time()
+        if run.wait(20) == 130:
+            break
+        robot.kill()  # on a busy machine the run may end for another reason, at the same moment
+        robot.wait()
+    if run.returncode != 130 or "cancelled" not in text("run"):
         fail(f"exit code {run.returncode}:\n{text('run')}")
     if time.time() - start > 5:
         fail(f"the run needs {time.time() - start:.1f} s to end")
