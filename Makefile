@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup python configure build wheel demo check check-all slow arm64 mutants tsan bench figures pictures gallery keys doc install format fuzz tidy clean
+.PHONY: help setup python configure build wheel demo check check-all slow arm64 container mutants tsan bench figures pictures gallery keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -52,6 +52,10 @@ slow: build python ## the tests that take minutes
 arm64: setup ## build for arm64, and the quick tests in an emulator (hours)
 	@tools/setup.sh tools/packages_arm64.txt
 	@tools/arm64.sh
+
+container: ## the image of Containerfile by buildah, and the demo in it (needs root)
+	@tools/setup.sh tools/packages_container.txt
+	@tools/container.sh
 
 mutants: setup ## change one line of src/ or studies/ at a time: does a test notice? (hours; a run that was stopped goes on)
 	@tools/mutants.py
