@@ -33,7 +33,7 @@ if (heads.length > 2) {
 }
 
 // wide tables scroll in a box of their own; code can be copied
-for (const table of document.querySelectorAll('table.markdownTable, table.memberdecls')) {
+for (const table of document.querySelectorAll('table.markdownTable, table.memberdecls, table.directory')) {
   const box = document.createElement('div');
   box.className = 'scroll';
   table.replaceWith(box);
@@ -50,7 +50,7 @@ for (const block of document.querySelectorAll('.fragment')) {
   block.append(button);
 }
 
-// the search: every word must be in the entry; words of a heading or a name count most
+// the search: every word must be in the entry; words of a heading or a name count most, pages for users before fields of structs
 let wanted = null;
 function load() {
   if (wanted) return;
@@ -64,12 +64,13 @@ function score(entry, words) {
   const [, title, heading, text] = entry.low;
   let sum = 0;
   for (const w of words) {
-    const here = (heading === w ? 60 : heading.startsWith(w) ? 25 : heading.includes(w) ? 15 : 0) + (title === w ? 40 : title.includes(w) ? 8 : 0);
+    const here = (heading === w ? 60 : heading.startsWith(w) ? 25 : heading.includes(w) ? 15 : 0) * (0.5 + w.length / (heading.length + 1)) +
+      (title === w ? 40 : title.includes(w) ? 8 : 0);
     const n = text.split(w).length - 1;
     if (!here && !n) return 0;
-    sum += here + Math.min(n, 5) + (entry.isNote && !here ? -2 : 0);
+    sum += here + Math.min(n, 5);
   }
-  return Math.max(sum, 0.1);
+  return sum * entry.weight;
 }
 
 function snippet(text, word) {
@@ -83,8 +84,8 @@ function find() {
   if (!words.length || typeof siteIndex === 'undefined') return;
   for (const e of siteIndex)
     if (!e.low) {
-      e.low = e.map((s) => s.toLowerCase());
-      e.isNote = e[0].startsWith('notes_') || e[0].startsWith('changelog');
+      e.low = e.map((s) => s.toLowerCase().replace(/\(\)$/, ''));
+      e.weight = /^(struct|union|changelog|check_times)/.test(e[0]) ? 0.3 : /^notes_/.test(e[0]) ? 0.6 : /_8h/.test(e[0]) ? 0.9 : 1;
     }
   const hits = siteIndex.map((e) => [score(e, words), e]).filter(([s]) => s).sort((a, b) => b[0] - a[0]);
   box.replaceChildren();

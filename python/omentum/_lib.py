@@ -431,7 +431,7 @@ class Interrupts:
 class Progress:
     """The progress argument of a long call: None, True (a bar), or a function of (stage, done, total).
 
-    The function may return False to cancel. An exception in it ends the call cleanly and is raised by it. So does Ctrl-C,
+    The total is 0 where it is not known. The function may return False to cancel. An exception in it ends the call cleanly and is raised by it. So does Ctrl-C,
     also without a function.
     """
 
@@ -481,12 +481,13 @@ class _Bar:
         if self._tqdm is None:
             if stage != self._stage or time.monotonic() - self._last > 2:
                 self._stage, self._last = stage, time.monotonic()
-                print(f"{stage}: {int(min(100, 100 * done / total)) if total else 0} %", file=sys.stderr)  # 100 at the end alone
+                share = f"{int(min(100, 100 * done / total))} %" if total else f"{done:g} so far"  # 100 at the end alone
+                print(f"{stage}: {share}", file=sys.stderr)
             return True
         if stage != self._stage or self._bar is None:
             self.done()
-            self._stage, self._bar = stage, self._tqdm(desc=stage, total=total, leave=False)
-        self._bar.update(min(done, total) - self._bar.n)
+            self._stage, self._bar = stage, self._tqdm(desc=stage, total=total or None, leave=False)
+        self._bar.update((min(done, total) if total else done) - self._bar.n)
         return True
 
     def done(self) -> None:

@@ -109,6 +109,9 @@ int om__progress_line(char* line, size_t size, const OmProgressBar* bar, double 
     const double share = total > 0 ? fmax(0, fmin(1, done / total)) : 0;
     char rate[32] = "";  // nothing before the first is done
     if (elapsed > 0 && done > 0) snprintf(rate, sizeof rate, ", %.3g/s", done / elapsed);
+    if (!(total > 0))
+        return snprintf(line, size, bar->is_terminal ? "%-24s %.0f so far%s" : "%s: %.0f so far%s",
+                        bar->stage, done, rate);
     // 100 at the end alone; 29 of 100 are 29 in spite of rounding
     const int percent = (int)floor(100 * share + 1e-9);
     char left[40];

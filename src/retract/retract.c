@@ -244,16 +244,8 @@ static OmStatus give_commands(const Setup* s, const Replay* replay, int* next) {
     return OM_OK;
 }
 
-// Actions in all, as far as the loop knows: those done and what is left of the present plan.
-static int expected_actions(const OmLoop* loop) {
-    const OmPlan* plan = om_loop_plan(loop);
-    const OmPlanAction* now = om_loop_action(loop);
-    int left = om_loop_phase(loop) != OM_LOOP_ENDED;  // between two plans: one at least
-    if (now) left = plan->naction - (int)(now - plan->action);
-    return om_loop_result(loop)->naction + left;
-}
-
-// Tick to the end. Progress may cancel the run: the record so far is kept.
+// Tick to the end. Progress may cancel the run: the record so far is kept. How many actions there will be is not
+// known: a plan may end early, and another one may follow.
 static OmStatus run(const OmRetractDef* def, const Replay* replay, const Setup* s,
                     const OmProgress* progress) {
     int ncommand = 0;
@@ -263,8 +255,7 @@ static OmStatus run(const OmRetractDef* def, const Replay* replay, const Setup* 
         OM_TRY(give_commands(s, replay, &ncommand));
         if (def->supervise) OM_TRY(def->supervise(def->supervise_ctx, s->loop));
         const int naction = om_loop_result(s->loop)->naction;
-        OmStatus status =
-            om_progress_report(progress, "retracting", naction, expected_actions(s->loop));
+        OmStatus status = om_progress_report(progress, "retracting", naction, 0);
         if (status >= 0 || om_loop_phase(s->loop) == OM_LOOP_ENDED) continue;
         OM_TRY(om_loop_command(s->loop, &(OmLoopCommand){OM_LOOP_CANCEL}));
         if (!s->recorder) return om_error(OM_CANCELLED, "%s", om_loop_result(s->loop)->reason);

@@ -155,8 +155,10 @@ static void test_progress_never_says_more_than_is_done(void** state) {
     assert_string_equal(line, "steps: 800 of 1000 (80 %), 200/s");
     om__progress_line(line, sizeof line, &bar, 2, 1, 1000);  // too early
     assert_string_equal(line, "steps: 1 of 1000 (0 %), 0.5/s");
-    om__progress_line(line, sizeof line, &bar, 20, 0,
-                      1000);  // no rate and no time before the first
+    om__progress_line(line, sizeof line, &bar, 20, 5, 0);  // no share of an unknown total
+    assert_string_equal(line, "steps: 5 so far, 0.25/s");
+    // no rate and no time before the first
+    om__progress_line(line, sizeof line, &bar, 20, 0, 1000);
     assert_string_equal(line, "steps: 0 of 1000 (0 %)");
     om__progress_line(line, sizeof line, &bar, 100, 10, 1000);
     assert_string_equal(line, "steps: 10 of 1000 (1 %), 0.1/s, 2:45 h left");

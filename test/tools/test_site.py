@@ -4,6 +4,7 @@ import base64
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -87,6 +88,22 @@ class Finish(unittest.TestCase):
         self.assertEqual(files, ["b.html", "index.html", "p.png", "search.js"])
         self.assertIn(["b.html#place", "B", "Head", "words"], entries)
         self.assertFalse(any("menu" in e[3] for e in entries))
+
+    @unittest.skipUnless(shutil.which("node"), "node is missing")
+    def test_search_orders_names_before_text(self):
+        """The function of this name comes first, then others that begin so, fields of structs after pages."""
+        script = (ROOT / "doc/site/site.js").read_text(encoding="utf-8")
+        score = re.search(r"function score.*?\n}\n", script, flags=re.S).group(0)
+        weights = re.search(r"      e\.low = .*?;\n      e\.weight = .*?;\n", script, flags=re.S).group(0)
+        places = [["structA.html#x", "A", "step", ""], ["a_8h.html#y", "a.h", "step_with()", "a step"], ["a_8h.html#z", "a.h", "step()", ""],
+                  ["fem.html", "fem", "", "a step"], ["fem.html#f", "fem", "A step is made", ""], ["b.html", "b", "", "none"]]
+        code = f"{score}\nconst all = {json.dumps(places)};\nfor (const e of all) {{\n{weights}}}\n" \
+            "console.log(all.map((e) => [score(e, ['step']), e[0]]).filter(([s]) => s).sort((a, b) => b[0] - a[0]).map(([, n]) => n).join(' '));"
+        done = subprocess.run(["node", "-e", code], capture_output=True, text=True, check=True)
+        found = done.stdout.split()
+        self.assertEqual(found[0], "a_8h.html#z")
+        self.assertEqual(found[-1], "fem.html")
+        self.assertEqual(sorted(found), sorted(p[0] for p in places[:5]))
 
     def test_dead_links(self):
         for link in ("c.html", "b.html#nothing", "p.png"):
