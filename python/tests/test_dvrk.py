@@ -182,7 +182,7 @@ def test_a_recording_is_read_by_rosbags(tmp_path):
     count = read_recording(file)
     assert count["/PSM1/measured_cp"] == count["/PSM2/jaw/measured_js"] == count["/tf"] == count["/clock"] == 30
     assert count["/tf_static"] == count["/ECM/operating_state"] == 1
-    assert count["/endoscope/image_raw"] == count["/depth/points"] > 0
+    assert abs(count["/endoscope/image_raw"] - count["/depth/points"]) <= 1 < count["/depth/points"]  # by turns
 
 
 def test_a_recording_outlives_kill_9(tmp_path):
