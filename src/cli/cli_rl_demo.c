@@ -166,12 +166,18 @@ static OmStatus check_files(const OmCliArgs* args, const char* part) {
     const char *path = om_cli_get(args, "--output"), *from;
     OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
     OM_TRY(om_file_check_ours(part, "omentum demonstrations"));
+    int nrecording = 0;
     for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
         OmRlTrace trace;
         OM_TRY(om_path_check_apart(from, path));
         OM_TRY(load_trace(args, from, &trace));
         om_rl_trace_done(&trace);
+        nrecording += is_recording(from);
     }
+    const bool is_for_recording = om_cli_get(args, "--arm") || om_cli_get(args, "--frames");
+    OM_CHECK(
+        nrecording > 0 || !is_for_recording, OM_INVALID,
+        "--arm and --frames are for recordings (--from FILE.mcap): tables are in the frame of the task");
     return OM_OK;
 }
 

@@ -105,7 +105,12 @@ static OmStatus read_pose(Reader* r, Cursor c) {
              "%s: /%s/measured_cp is in frame \"%s\", and later in \"%s\"", r->name, r->arm,
              m->frame, frame);
     // in a pause of lock-step the same pose is published again
-    if (m->n > 0 && time <= m->time[m->n - 1]) return OM_OK;
+    if (m->n > 0 && time == m->time[m->n - 1]) return OM_OK;
+    OM_CHECK(
+        m->n == 0 || time > m->time[m->n - 1], OM_INVALID,
+        "%s: the time of /%s/measured_cp goes back from %.3f s to %.3f s: two robots, or a clock "
+        "that began again",
+        r->name, r->arm, m->time[m->n - 1], time);
     if (m->n == r->capacity) {
         int capacity = r->capacity;
         OM_GROW(m->time, m->n, capacity, 1024);
@@ -169,7 +174,10 @@ static OmStatus read_channel(Reader* r, Cursor c) {
     OM_CHECK(type == (is_pose ? r->pose_schema : r->joint_schema) && strcmp(encoding, "cdr") == 0,
              OM_INVALID, "%s: %s must be %s in CDR", r->name, name,
              is_pose ? "geometry_msgs/msg/PoseStamped" : "sensor_msgs/msg/JointState");
-    *(is_pose ? &r->pose_channel : &r->jaw_channel) = id;
+    int* channel = is_pose ? &r->pose_channel : &r->jaw_channel;
+    OM_CHECK(*channel < 0 || *channel == id, OM_INVALID, "%s: two channels have the topic %s",
+             r->name, name);
+    *channel = id;
     return OM_OK;
 }
 
@@ -184,7 +192,8 @@ static OmStatus read_message(Reader* r, Cursor c) {
 // Records up to the first that is not whole.
 static OmStatus read_records(Reader* r, Cursor c, bool is_chunk);
 
-static OmStatus read_chunk(Reader* r, Cursor c, bool* is_torn) {
+// The last chunk of a file whose program was killed may be torn; one with records behind it is damaged.
+static OmStatus read_chunk(Reader* r, Cursor c, bool is_last, bool* is_torn) {
     char compression[16];
     take(&c, 8 + 8);  // times
     const uint64_t size = take_number(&c, 8);
@@ -196,6 +205,8 @@ static OmStatus read_chunk(Reader* r, Cursor c, bool* is_torn) {
     const uint64_t stored = take_number(&c, 8);
     *is_torn = c.is_short || stored != size || stored != (uint64_t)(c.end - c.at) ||
                (crc != 0 && om__mcap_crc(c.at, (size_t)stored) != crc);
+    OM_CHECK(!*is_torn || is_last, OM_INVALID,
+             "%s: a chunk is damaged: its size or its sum is wrong", r->name);
     return *is_torn ? OM_OK : read_records(r, cursor(c.at, (size_t)stored), true);
 }
 
@@ -210,7 +221,7 @@ static OmStatus read_records(Reader* r, Cursor c, bool is_chunk) {
         if (opcode == SCHEMA) read_schema(r, in);
         if (opcode == CHANNEL) OM_TRY(read_channel(r, in));
         if (opcode == MESSAGE) OM_TRY(read_message(r, in));
-        if (opcode == CHUNK && !is_chunk) OM_TRY(read_chunk(r, in, &is_torn));
+        if (opcode == CHUNK && !is_chunk) OM_TRY(read_chunk(r, in, c.at == c.end, &is_torn));
     }
     return OM_OK;
 }

@@ -332,6 +332,8 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "OmDdsRobotDef was not made by default_def");
     OM_CHECK(def->world && def->scene && def->site, OM_INVALID,
              "OmDdsRobotDef: world, scene or site is null");
+    OM_CHECK(def->eyes != def->world, OM_INVALID,
+             "OmDdsRobotDef.eyes is its world: pictures are taken while the tissue steps");
     OM_CHECK(def->record || !def->has_record_pictures, OM_INVALID,
              "OmDdsRobotDef.has_record_pictures needs a file to record to");
     OM_CHECK(def->rate >= 1 && def->rate <= 1000, OM_INVALID,

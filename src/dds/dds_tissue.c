@@ -4,8 +4,8 @@
 //   arms  | tick | tick | tick | tick | tick | tick |      `rate` a second, in the thread of om_dds_robot_run
 //   tissue       |---- step 1 ----|      |-- step 2 --|    a job each, begun at a tick
 //
-// A step lasts as long as the arms have moved since the last one began, but no longer than the scene's time_step: a
-// larger one is not tried. Tissue that needs longer falls behind. Nothing is shared while a step is under way: arms
+// A step lasts as long as the arms have moved since the last one began, but no longer than the scene's time_step or
+// a period of the arms. Tissue that needs longer falls behind. Nothing is shared while a step is under way: arms
 // come as a snapshot, the answer is taken at the tick that finds the job finished.
 #ifdef __linux__
 #define _GNU_SOURCE  // SCHED_RESET_ON_FORK
@@ -16,8 +16,6 @@
 #include <string.h>
 #include <sys/resource.h>
 
-#define ARMS_NICE \
-    (-10)  // of the thread of the arms, where the system grants it, relative to the program's
 #define JOB_NICE 5  // of the threads of tissue and pictures
 #define WINDOW 1.0  // s of the arms, over which the tissue must keep up
 #define KEEPS_UP 0.9
@@ -31,14 +29,15 @@
 void om__robot_hurry(OmDdsRobot* r) {
     const struct sched_param first = {.sched_priority = 1};
     r->nice = getpriority(PRIO_PROCESS, 0);
-    r->policy = sched_getscheduler(0);
+    r->policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
     r->is_hurried = r->def.eyes && r->policy == SCHED_OTHER &&
                     sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &first) == 0;
 }
 
 void om__robot_rest(OmDdsRobot* r) {
     const struct sched_param usual = {0};
-    if (r->is_hurried) (void)sched_setscheduler(0, SCHED_OTHER, &usual);
+    // a user who may not clear the flag may keep it
+    if (r->is_hurried) (void)sched_setscheduler(0, SCHED_OTHER | SCHED_RESET_ON_FORK, &usual);
 }
 
 // Of the calling thread, and of the threads that it makes.

@@ -49,6 +49,10 @@ $ omentum rl demo -t retract -s move_mm=2 --from $ROOT/fuzz/corpus/dds_motion/li
 exit 3
 err lift.mcap: no message on topic /PSM1/measured_cp$
 no-file none.hdf5
+$ omentum rl demo -t retract -s move_mm=2 --from lift.csv --frames there.json -o none.hdf5
+exit 3
+err --arm and --frames are for recordings
+no-file none.hdf5
 $ omentum rl demo -t retract -s move_mm=2 --from $ROOT/fuzz/corpus/dds_motion/lift.mcap --arm PSM2 --frames there.json -o none.hdf5
 exit 3
 err lift.mcap:\d+: the tip at .* is outside the workspace

@@ -61,6 +61,25 @@ static void refused(void** unused) {
     free(other);
 }
 
+// A damaged chunk before another one is an error, and no end of the file; so is a clock that goes back.
+static void damaged(void** unused) {
+    (void)unused;
+    OmDdsMotion m;
+    const size_t chunk = 8 + 9 + 26;
+    uint64_t content = 0;
+    for (int i = 8; i > 0; --i) content = content << 8 | (unsigned char)data[chunk + (size_t)i];
+    const size_t end = chunk + 9 + (size_t)content;
+    char* two = malloc(size + end - chunk);
+    memcpy(two, data, end);
+    memcpy(two + end, data + chunk, size - chunk);
+    assert_status(om_dds_motion_parse(two, size + end - chunk, "two.mcap", "PSM2", &m), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "goes back from 103.000 s to 100.000 s"));
+    two[chunk + 9 + 16] ^= 1;  // its size; this writer has no sums
+    assert_status(om_dds_motion_parse(two, size + end - chunk, "two.mcap", "PSM2", &m), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "a chunk is damaged"));
+    free(two);
+}
+
 // What is left of a file is read up to its last whole chunk: here there is one.
 static void cut(void** unused) {
     (void)unused;
@@ -93,6 +112,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(another_programs_recording),
         cmocka_unit_test(refused),
+        cmocka_unit_test(damaged),
         cmocka_unit_test(cut),
         cmocka_unit_test(memory_runs_out),
     };

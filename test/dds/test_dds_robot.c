@@ -422,7 +422,9 @@ static void tissue_behind(void** unused) {
     s.scene.task.time_step = 0.001;  // s: a step of the tissue is a period of the arms, no more
     def.rate = 200;
     def.picture_rate = 0;
-    def.eyes = s.field;  // of this scene; no client reads pictures
+    def.eyes = s.field;
+    assert_status(om_dds_robot_create(&def, &s.robot), OM_INVALID);
+    assert_ok(om_world_create_simulated(&s.scene, &s.site, 1, &def.eyes));
     def.udp_port = 43000 + getpid() % 4000;
     assert_ok(om_dds_robot_create(&def, &s.robot));
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
@@ -447,6 +449,7 @@ static void tissue_behind(void** unused) {
     assert_below(r.pace, 0.9);
     close(fd);
     om_dds_robot_destroy(s.robot);
+    om_world_destroy(def.eyes);
     om_world_destroy(s.field);
     om_site_done(&s.site);
 }
