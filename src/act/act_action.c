@@ -8,6 +8,9 @@
 #define CLEARANCE 0.025  // m, height over the tissue at which a free tool travels
 #define JAW_CLOSED 0.0
 #define GRIP_TIME 0.3  // s for the jaws to close or open, and to come to rest
+// A jaw that still closes then, as one does whose tissue is slower than time, is looked at again.
+#define LOOK_TIME 0.1  // s
+#define MAX_LOOK 20
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
     switch (outcome) {
@@ -116,13 +119,14 @@ static OmStatus step_reach(Act* act, Next* next) {
 }
 
 // The twin grasps, too; if it has no tissue near the measured tip, its arm grasps nothing.
-static OmStatus grasp_with_twin(Act* act) {
+static OmStatus grasp_with_twin(Act* act, bool* is_closing) {
     Action* a = &act->action;
     int arm = a->plan.arm;
     OmObservation obs = {0};
     OM_TRY(om_world_observe(act->world, 0, &obs));
     OmStatus status = OM_OK;
     a->outcome = OM_ACTION_EMPTY;
+    *is_closing = !om_arm_is_holding(&obs.arm[arm]) && !om_arm_is_empty(&obs.arm[arm]);
     if (om_arm_is_holding(&obs.arm[arm])) {
         const OmPose tip = om__twin_pose(act, arm, obs.arm[arm].tip);
         status = om__cloud_grasp_twin(act, arm, a->plan.block, tip);
@@ -143,8 +147,10 @@ static OmStatus step_grasp(Act* act, Next* next) {
         return begin_wait(act, GRIP_TIME, next);
     }
     if (a->step == 2) return OM_OK;  // no tissue was grasped, and the jaws are open; or it is held
+    bool is_closing;
+    OM_TRY(grasp_with_twin(act, &is_closing));
+    if (is_closing && a->nlook++ < MAX_LOOK) return begin_wait(act, LOOK_TIME, next);
     a->step = 2;
-    OM_TRY(grasp_with_twin(act));
     if (a->outcome == OM_ACTION_EMPTY) {
         om__cloud_note_empty(act, a->plan.arm, a->plan.block);
         state->at = -1;  // the next grasp follows a new reach

@@ -159,6 +159,7 @@ typedef struct Action {
     OmPlanAction plan;
     int step;            // counts from 0; its meaning depends on the verb
     int nwait;           // ticks left of a wait; 0: the step is a motion
+    int nlook;           // at a jaw that still closes
     OmVec3 waypoint[3];  // of a reach, task frame, m
     OmVec3 tip;          // of a fold: where it began, task frame, m
     OmVec3 direction;    // of a fold, a unit vector in the task frame

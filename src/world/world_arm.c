@@ -1,16 +1,16 @@
 // world_arm.c: arms of a simulated world, and a world of arms alone, which keeps time while the tissue steps elsewhere.
 //
-// A jaw alone does not know whether it closes on tissue until the tissue has stepped. Until then it comes closer and
-// closer to the angle at which tissue would stop it, by the same share in each step: it does not pass this angle, so
-// that it never jumps back, and it is not at rest, so that no client takes it for a jaw on tissue.
+// A jaw alone does not know whether it closes on tissue until the tissue has stepped. Until then it closes slowly
+// towards the angle at which tissue would stop it, for 4 s at most: it does not pass this angle, so that it never jumps
+// back, and it is not at rest (om_arm_is_holding), so that no client takes it for a jaw on tissue.
 #include "world/world_arm.h"
 
 #include <string.h>
 
 #include "omentum/robot.h"
 
-#define JAW_SPEED 3.0  // rad/s
-#define JAW_WAIT 0.1   // s, in which 1 / e of the way is left; at rest (0.05 rad/s) after 0.4 s
+#define JAW_SPEED 3.0   // rad/s
+#define JAW_CREEP 0.06  // rad/s, until the tissue has answered
 
 OmVec3 om__world_arm_offset(const OmScene* scene, int index) {
     OmRng rng = om_rng_init((uint64_t)scene->seed + 77, (uint64_t)index);
@@ -119,9 +119,8 @@ static void move_jaw(ArmsWorld* w, int index, double dt) {
     double least = 0;
     if (next < JAW_CLOSED) {
         arm->nclose += before >= JAW_CLOSED;
-        const double way = fmax(before - JAW_ON_TISSUE, 0);
         if (w->nanswered[index] != arm->nclose)
-            least = JAW_ON_TISSUE + way * exp(-dt / JAW_WAIT);
+            least = fmax(JAW_ON_TISSUE, fmin(before, JAW_CLOSED) - JAW_CREEP * dt);
         else if (w->is_holding[index])
             least = JAW_ON_TISSUE;
     }

@@ -100,12 +100,12 @@ static void test_a_slow_tissue_is_grasped(void** state) {
     assert_ok(om_world_set_jaw(s.arms, 0, 0));
     OmArmObservation arm = see(&s).arm[0];
     const double on_tissue = 5 * OM_PI / 180;
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 200; ++i) {  // it closes slowly, and is at rest at no time
         const double before = arm.jaw;
         assert_ok(om_world_advance(s.arms, DT));
         arm = see(&s).arm[0];
         assert_true(arm.jaw <= before && arm.jaw >= on_tissue);
-        if (i < 30) assert_true(arm.jaw_speed < -0.05 && !om_arm_is_holding(&arm));
+        assert_true(arm.jaw_speed < -0.05 && !om_arm_is_holding(&arm));
     }
     follow(&s, DT);
     advance(&s, 4, 8);
@@ -135,7 +135,7 @@ static void test_a_slow_tissue_is_grasped(void** state) {
     assert_true(om_body_is_holding(truth, 0));
     follow(&s, DT);
     assert_false(om_body_is_holding(truth, 0));
-    advance(&s, 10, 1);
+    advance(&s, 20, 1);
     arm = see(&s).arm[0];
     assert_near(arm.jaw, 0, 0);
     assert_true(om_arm_is_empty(&arm));
