@@ -64,6 +64,7 @@ OM_API OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site)
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_match_create(const OmMatchDef* def, OmMatch** match);
 OM_API void om_match_destroy(OmMatch* match);
+
 typedef struct OmMatchView {  // constant, valid until om_match_destroy
     // Of the site; where the twin's elements are quadratic refined, with the midpoints of edges behind the site's
     // vertices as in om_tissue_mesh. Arrays of vertices here are of this mesh.

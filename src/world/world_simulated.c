@@ -15,10 +15,15 @@
 #define JAW_START (40.0 * OM_PI / 180.0)
 #define RCM_HEIGHT 0.13  // m over the board
 #define RCM_OUT 0.045    // m beyond the tissue's edge
-#define FOLLOW_SPEED \
-    0.25  // m/s of tissue behind arms apart from it: the fastest that a tip moves (dds_arm.h)
-#define FOLLOW_TURN 5.0   // rad/s, the same
-#define PARK_HEIGHT 0.07  // m, height of parked tools
+// Of tissue behind arms apart from it: the fastest that a tip moves (dds_arm.h).
+#define FOLLOW_SPEED 0.25  // m/s
+#define FOLLOW_TURN 5.0    // rad/s
+#define PARK_HEIGHT 0.07   // m, height of parked tools
+
+typedef struct Follow {  // of om_world_advance_tissue; in snapshots, between SimState and the body
+    int nclose[OM_MAX_ARM];   // closings that the tissue has followed
+    OmPose grip[OM_MAX_ARM];  // pose_world_tip where it is held
+} Follow;
 
 typedef struct Tool {  // the constants of an arm, and data computed from its state
     OmPsm psm;
@@ -45,9 +50,7 @@ typedef struct SimWorld {
     OmWindow window;  // of OM_OBSERVE_WINDOW
     OmWorldDamage damage;
     bool is_sense_stale;
-    // Of om_world_advance_tissue: closings that the tissue has followed, and where it is held.
-    int nclose[OM_MAX_ARM];
-    OmPose grip[OM_MAX_ARM];  // pose_world_tip
+    Follow follow;
 } SimWorld;
 
 static void sim_destroy(OmWorld* world) {
@@ -95,6 +98,7 @@ static OmStatus place_arm(SimWorld* w, int index) {
     arm->set = arm->tip;
     arm->set.p = om_add(arm->tip.p, om__world_arm_offset(w->scene, index));
     arm->goal = arm->set;
+    w->follow.grip[index] = arm->tip;
     const double zero[OM_PSM_NJOINT] = {0};
     OmStatus status = om_psm_inverse(&tool->psm, arm->tip, zero, arm->q);
     if (status < 0)
@@ -144,7 +148,7 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     om__world_arm_step(w->scene, &w->tool[index].psm, index, dt, arm);
     OM_TRY(move_jaw(w, index, dt));
-    w->grip[index] = arm->tip;
+    w->follow.grip[index] = arm->tip;
     return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
 }
 
@@ -306,20 +310,23 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
 // ---- start and snapshots ----------------------------------------------------------------------------------------
 
 static size_t sim_state_size(const OmWorld* world) {
-    return sizeof(SimState) + om_body_state_size(((const SimWorld*)world)->body);
+    return sizeof(SimState) + sizeof(Follow) + om_body_state_size(((const SimWorld*)world)->body);
 }
 
 static void sim_save(const OmWorld* world, void* block) {
     const SimWorld* w = (const SimWorld*)world;
-    memcpy(block, &w->now, sizeof w->now);
-    om_body_save(w->body, (char*)block + sizeof w->now);
+    char* at = block;
+    memcpy(at, &w->now, sizeof w->now);
+    memcpy(at + sizeof w->now, &w->follow, sizeof w->follow);
+    om_body_save(w->body, at + sizeof w->now + sizeof w->follow);
 }
 
 static void sim_restore(OmWorld* world, const void* block) {
     SimWorld* w = (SimWorld*)world;
-    memcpy(&w->now, block, sizeof w->now);
-    om_body_restore(w->body, (const char*)block + sizeof w->now);
-    for (int a = 0; a < world->narm; ++a) w->grip[a] = w->now.arm[a].tip;
+    const char* at = block;
+    memcpy(&w->now, at, sizeof w->now);
+    memcpy(&w->follow, at + sizeof w->now, sizeof w->follow);
+    om_body_restore(w->body, at + sizeof w->now + sizeof w->follow);
     w->is_sense_stale = true;
 }
 
@@ -420,14 +427,15 @@ static OmPose follow_tip(OmPose from, OmPose to, double dt) {
 // A jaw that has opened and closed again between two steps lets go, and grasps where it is.
 static OmStatus follow_arm(SimWorld* w, int index, double dt) {
     const ArmState* arm = &w->now.arm[index];
-    const bool is_closed = arm->jaw < JAW_CLOSED, is_another = arm->nclose != w->nclose[index];
+    const bool is_closed = arm->jaw < JAW_CLOSED,
+               is_another = arm->nclose != w->follow.nclose[index];
     if (om_body_is_holding(w->body, index) && (!is_closed || is_another))
         om_body_release(w->body, index);
     if (is_closed && is_another) OM_TRY(grasp(w, index));
-    w->nclose[index] = arm->nclose;
+    w->follow.nclose[index] = arm->nclose;
     const bool is_held = om_body_is_holding(w->body, index) && !is_another;
-    w->grip[index] = is_held ? follow_tip(w->grip[index], arm->tip, dt) : arm->tip;
-    return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, w->grip[index])
+    w->follow.grip[index] = is_held ? follow_tip(w->follow.grip[index], arm->tip, dt) : arm->tip;
+    return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, w->follow.grip[index])
                                               : OM_OK;
 }
 
@@ -445,7 +453,7 @@ OmStatus om_world_answer_arms(const OmWorld* world, OmWorld* arms) {
              "these are no arms of om_world_create_arms");
     const SimWorld* w = (const SimWorld*)world;
     for (int a = 0; a < world->narm; ++a)
-        om__world_arms_answer(arms, a, w->nclose[a], om_body_is_holding(w->body, a));
+        om__world_arms_answer(arms, a, w->follow.nclose[a], om_body_is_holding(w->body, a));
     return OM_OK;
 }
 

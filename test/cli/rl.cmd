@@ -17,7 +17,7 @@ $ wc -l < ppo/metrics.csv; grep -c "rl train -t reach -n 2048" ppo/report.html; 
 exit 0
 out ^3$
 out ^1$
-out (the target [0-9.]+ is not reached|No episode has ended yet)$
+out ^The mean score in the last 100 episodes is [0-9.-]+: the target [0-9.]+ is not reached$
 $ omentum rl train -t reach -m gail -d demos.hdf5 -n 1024 --clone-epochs 2 -q -o gail
 exit 0
 out ^1024 steps

@@ -121,6 +121,14 @@ static void test_a_slow_tissue_is_grasped(void** state) {
     for (int i = 0; i < 64; ++i) assert_ok(om_world_advance(s.arms, DT));
     follow(&s, DT);  // 20 mm at once: the tissue comes after at 0.25 m/s
     assert_near(om_load3(om_body_x(truth), held).z - from.z, 0.0025, 5e-4);
+    void* kept = malloc(om_world_state_size(s.f.world));  // a snapshot has what the tissue follows
+    assert_ok(om_world_save(s.f.world, kept));
+    follow(&s, DT);
+    const OmVec3 once = om_load3(om_body_x(truth), held);
+    assert_ok(om_world_restore(s.f.world, kept));
+    follow(&s, DT);
+    assert_near(om_distance(once, om_load3(om_body_x(truth), held)), 0, 0);
+    free(kept);
     for (int i = 0; i < 12; ++i) follow(&s, DT);
     const OmVec3 way = om_sub(om_load3(om_body_x(truth), held), from);
     assert_near(om_distance(see(&s).arm[0].tip.p, up.p), 0, 1e-12);
