@@ -58,8 +58,8 @@ static void add_ceiling(const RetractionResult* r, StudyTable* t) {
     if (!r->has_ceiling)
         om__table_cell(t, "not searched");
     else if (r->ceiling.is_possible)
-        om__table_row(t, "%d of %d, from %d actions%s", best->nexposed, best->nsequence,
-                      best->naction, best->first_block >= 0 ? ", both arms" : "");
+        om__table_row(t, "from %d actions%s", best->naction,
+                      best->first_block >= 0 ? ", both arms" : "");
     else
         om__table_row(t, "none of %d, %.0f %%", best->nsequence, 100 * best->visibility);
 }

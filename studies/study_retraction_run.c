@@ -23,7 +23,7 @@
 // Change them if runs, runs of FRAS, or searches are made in another way.
 #define METHOD 24
 #define METHOD_FRAS 8
-#define METHOD_SEARCH 4
+#define METHOD_SEARCH 5
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -281,8 +281,10 @@ static OmStatus make_ceiling(Task* t, const OmProgress* alive) {
     RetractionCeiling* c = &t->found;
     const OmSceneTask* task = &t->scene.task;
     const double limit = RETRACTION_MAX_FORCE * task->force_threshold;
-    OM_TRY(om_retract_search_both(&t->scene, limit, t->row == CEILING ? 0 : FIRST_GRASPS, 1, alive,
-                                  &c->best));
+    if (t->row == CEILING)
+        OM_TRY(om_retract_search_fewest(&t->scene, limit, 1, alive, &c->best));
+    else
+        OM_TRY(om_retract_search_both(&t->scene, limit, FIRST_GRASPS, 1, alive, &c->best));
     c->is_possible = c->best.nexposed > 0;
     return OM_OK;
 }

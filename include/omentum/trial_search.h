@@ -50,6 +50,11 @@ typedef struct OmSearchResult {
 ///        OM_IO; OM_CANCELLED
 OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
                                   const OmProgress* progress, OmSearchResult* result);
+/// As om_retract_search, without the sequences that cannot need fewer actions than one that was found: `naction` is the
+/// same, and `nexposed` is 0 where it would be; the other figures are of the sequences that were tried.
+/// @return as om_retract_search
+OM_API OmStatus om_retract_search_fewest(const OmScene* scene, double force_limit, int nworker,
+                                         const OmProgress* progress, OmSearchResult* result);
 /// As om_retract_search. Where no sequence exposes the ROI, the `nfirst` grasps with the largest visibility are held by
 /// one arm while the other tries every other block in the same way, until a pair exposes the ROI. The result then also
 /// counts these sequences; if `first_block` is not -1, `naction` counts the actions of both arms.

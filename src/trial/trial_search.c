@@ -5,7 +5,8 @@
 // are all sequences of actions that the planner has for one grasp (asp/tissue_retraction.lp). A lift is made of pulls
 // and ends with the first pull that exposes the ROI, so that the fewest actions are known. Trials use the truth alone,
 // without noise and without tools in the picture, and compare its own force with the threshold. If the search exposes
-// nothing, no choice of the planner exposes the ROI from tissue at rest.
+// nothing, no choice of the planner exposes the ROI from tissue at rest. The search for the fewest actions leaves out
+// what cannot need fewer than a sequence that was found.
 //
 // With both arms, where one fails: the grasps with the largest visibility are made again by PSM1, which then keeps its
 // tissue, and PSM2 tries every other block in the same way, at the place where the block now is. The first pair that
@@ -25,6 +26,7 @@ typedef struct Search {
     const OmScene* scene;
     Trial* trial;
     double force_limit;
+    bool wants_fewest;  // sequences that need no fewer actions are left out
     OmSearchResult* best;
     Found found[OM_PLAN_MAX_BLOCK];
     bool is_free[OM_PLAN_MAX_BLOCK];  // has tissue, and is not above an attachment
@@ -38,6 +40,12 @@ typedef struct Search {
 static OmStatus report(void* ctx) {
     const Search* s = ctx;
     return om_progress_report(s->progress, s->stage, s->istage, s->nstage);
+}
+
+// May a sequence of reach, grasp and n motions be the one with the fewest actions?
+static bool is_worth(const Search* s, int n) {
+    const OmSearchResult* r = s->best;
+    return !s->wants_fewest || r->naction == 0 || s->ndone + 2 + n < r->naction;
 }
 
 // A sequence of reach, grasp, npull pulls and the folds.
@@ -73,7 +81,7 @@ static OmStatus try_folds(Search* s, int block, int npull, const TrialResult* li
         if (k) om_body_restore(t->body, lifted);
         OM_TRY_DONE(om__trial_fold(t, verb[k], s->force_limit, &c));
         keep(s, block, npull, verb[k], OM_PLAN_PULL, &c);
-        if (c.visibility >= s->scene->task.visibility) continue;
+        if (c.visibility >= s->scene->task.visibility || !is_worth(s, npull + 2)) continue;
         OM_TRY_DONE(om__trial_second_fold(t, verb[1 - k], lift->tip, s->force_limit, &c));
         keep(s, block, npull, verb[k], verb[1 - k], &c);
     }
@@ -88,10 +96,13 @@ static OmStatus try_grasp(Search* s, int block, TrialResult c) {
     int npull = 0;
     ++s->best->ngrasp;
     while (!c.is_stopped && c.visibility < task->visibility &&
-           npull * task->pull_step < task->max_height - 1e-9)
+           npull * task->pull_step < task->max_height - 1e-9) {
+        if (!is_worth(s, npull + 1)) return OM_OK;
         OM_TRY(om__trial_pull(s->trial, npull++ * task->pull_step, s->force_limit, &c));
+    }
     keep(s, block, npull, OM_PLAN_PULL, OM_PLAN_PULL, &c);
-    return c.visibility < task->visibility ? try_folds(s, block, npull, &c) : OM_OK;
+    const bool may_fold = c.visibility < task->visibility && is_worth(s, npull + 1);
+    return may_fold ? try_folds(s, block, npull, &c) : OM_OK;
 }
 
 static OmStatus try_block(Search* s, int block) {
@@ -181,11 +192,14 @@ done:
 
 // ---- public ---------------------------------------------------------------------------------------------------------
 
-static OmStatus search(const OmScene* scene, double force_limit, int nfirst, int nworker,
-                       const OmProgress* progress, OmSearchResult* result) {
+static OmStatus search(const OmScene* scene, double force_limit, int nfirst, bool wants_fewest,
+                       int nworker, const OmProgress* progress, OmSearchResult* result) {
     *result = (OmSearchResult){.block = -1, .first_block = -1};
     OM_CHECK(force_limit > 0, OM_INVALID, "force limit of %g N; must be positive", force_limit);
-    Search s = {.scene = scene, .force_limit = force_limit, .best = result};
+    Search s = {.scene = scene,
+                .force_limit = force_limit,
+                .wants_fewest = wants_fewest,
+                .best = result};
     for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) s.found[b].visibility = -1;
     OmSite site = {0};
     OmBody* twin = NULL;  // has the attachments that the planner knows
@@ -214,10 +228,15 @@ done:
 
 OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
                            const OmProgress* progress, OmSearchResult* result) {
-    return search(scene, force_limit, 0, nworker, progress, result);
+    return search(scene, force_limit, 0, false, nworker, progress, result);
 }
 
 OmStatus om_retract_search_both(const OmScene* scene, double force_limit, int nfirst, int nworker,
                                 const OmProgress* progress, OmSearchResult* result) {
-    return search(scene, force_limit, nfirst, nworker, progress, result);
+    return search(scene, force_limit, nfirst, false, nworker, progress, result);
+}
+
+OmStatus om_retract_search_fewest(const OmScene* scene, double force_limit, int nworker,
+                                  const OmProgress* progress, OmSearchResult* result) {
+    return search(scene, force_limit, 0, true, nworker, progress, result);
 }

@@ -206,10 +206,21 @@ static void test_search(void** state) {
     assert_ok(om_retract_search(&little, 3, 1, NULL, &less));
     printf("fewest actions: %d for 80 %% of the ROI, %d for 5 %%\n", found.naction, less.naction);
     assert_true(found.naction <= 9 && less.naction >= 3 && less.naction < found.naction);
+    OmSearchResult fewest;
+    assert_ok(om_retract_search_fewest(&scene, 3, 1, NULL, &fewest));
+    printf("%d sequences in all, %d to find the fewest actions\n", found.nsequence,
+           fewest.nsequence);
+    assert_true(fewest.naction == found.naction && fewest.nexposed > 0);
+    assert_true(fewest.nsequence < found.nsequence && fewest.ngrasp == found.ngrasp);
+    assert_ok(om_retract_search_fewest(&little, 3, 1, NULL, &fewest));
+    assert_int_equal(fewest.naction, less.naction);
     assert_ok(om_retract_search(&scene, 0.02, 1, NULL, &none));  // nothing may be lifted
     assert_int_equal(none.nexposed, 0);
     assert_int_equal(none.naction, 0);
     assert_int_equal(none.ngrasp, found.ngrasp);
+    assert_ok(om_retract_search_fewest(&scene, 0.02, 1, NULL, &fewest));
+    assert_true(fewest.nexposed == 0 && fewest.naction == 0);
+    assert_int_equal(fewest.nsequence, none.nsequence);  // all of them
     assert_true(none.visibility < 0.8 && none.nsequence > 0);
     assert_ok(om_retract_search_both(&scene, 0.02, 0, 1, NULL, &less));  // no first grasp is held
     assert_true(less.nsequence == none.nsequence && less.first_block == -1);
