@@ -196,10 +196,8 @@ static OmStatus search(const OmScene* scene, double force_limit, int nfirst, boo
                        int nworker, const OmProgress* progress, OmSearchResult* result) {
     *result = (OmSearchResult){.block = -1, .first_block = -1};
     OM_CHECK(force_limit > 0, OM_INVALID, "force limit of %g N; must be positive", force_limit);
-    Search s = {.scene = scene,
-                .force_limit = force_limit,
-                .wants_fewest = wants_fewest,
-                .best = result};
+    Search s = {
+        .scene = scene, .force_limit = force_limit, .wants_fewest = wants_fewest, .best = result};
     for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) s.found[b].visibility = -1;
     OmSite site = {0};
     OmBody* twin = NULL;  // has the attachments that the planner knows
