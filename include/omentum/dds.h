@@ -108,12 +108,14 @@ typedef struct OmDdsMotion {  // of an arm's tip; om_dds_motion_done frees
     double* time;    // s, of the stamps; grows                    (n)
     OmPose* tip;     // measured pose_frame_tip                    (n)
     double* jaw;     // measured before it, rad; 0 without jaw     (n)
+    int* message;    // of ARM/measured_cp in the file, from 1     (n)
     bool has_jaw;    //
     char frame[64];  // of the poses: "world"
 } OmDdsMotion;
 
 /// Read the motion of an arm from a recording: topics ARM/measured_cp and ARM/jaw/measured_js of MCAP without
-/// compression, as OmDdsRobotDef.record and rosbag2 write it. Of a file without an end the whole chunks are read.
+/// compression, as OmDdsRobotDef.record and rosbag2 write it. Of a file without an end the whole chunks are read. A
+/// pose that is published again at the same time is left out.
 /// @param arm  "PSM1"
 /// @return OM_OK; OM_INVALID (the message names file and topic); OM_UNAVAILABLE (compressed, or big endian);
 ///         OM_NO_MEMORY; OM_IO

@@ -18,12 +18,13 @@ extern "C" {
 
 typedef struct OmRlTrace {  // om_rl_trace_done frees
     char name[256];         // of the file, for messages
+    char topic[128];        // of a recording, for messages; empty: a table of lines
     int n;                  // rows
     bool has_jaw;           // the table has the column jaw
     double* time;           // s, grows                                            (n)
     double* tip;            // m, in the frame of the task                         (n x 3)
     double* jaw;            // opening angle, rad; 0 without the column            (n)
-    int* line;              // of the file                                         (n)
+    int* line;              // of the file; of a recording: the message of the topic (n)
 } OmRlTrace;
 
 /// Read a table of tip positions, CSV: the first line names the columns time (s), x, y, z (m), and jaw (rad) if the
@@ -35,6 +36,10 @@ OM_API OmStatus om_rl_trace_load(const char* path, OmRlTrace* trace);
 OM_API OmStatus om_rl_trace_parse(const char* data, size_t size, const char* name,
                                   OmRlTrace* trace);
 OM_API void om_rl_trace_done(OmRlTrace* trace);
+/// Keep the rows of a part of the time.
+/// @param begin,end  s since the first row; rows at both are kept
+/// @return OM_OK; OM_INVALID (fewer than two rows would be left; trace is unchanged)
+OM_API OmStatus om_rl_trace_cut(OmRlTrace* trace, double begin, double end);
 
 #define OM_RL_JAW_CLOSED 0.17453292519943295  // rad; a gripper that is open by less is closed
 

@@ -1,5 +1,6 @@
 // cli_rl_demo.c: omentum rl demo.
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli_rl.h"
@@ -13,6 +14,10 @@ static const OmCliOption option[] = {
     {"--from", NULL, "FILE",
      "in place of the expert: follow the tip of a recorded robot, CSV with the columns time (s), x, y, z (m) "
      "and jaw (rad), or a recording of omentum dvrk or rosbag2 (.mcap); may be repeated"},
+    {"--begin", NULL, "S",
+     "leave out what was recorded in the first S seconds; once for each --from, in their order",
+     "0", "s", 0, 1e9},
+    {"--end", NULL, "S", "the same, what was recorded after S seconds", "all", "s", 1e-3, 1e9},
     {"--arm", NULL, "NAME", "arm of a recording", "PSM1"},
     {"--frames", NULL, "FILE",
      "omentum register: where the frame \"task\" is in the frame of the recorded poses",
@@ -56,7 +61,7 @@ static OmStatus find_task(const OmCliArgs* args, OmPose* pose) {
                     "%s has no frame \"task\": make it by omentum register --frame task", path);
 }
 
-// The rows of a recording, in the frame of the task; the "line" of a row is the number of its message.
+// The rows of a recording, in the frame of the task.
 static OmStatus load_motion(const OmCliArgs* args, const char* path, OmRlTrace* t) {
     const char* arm = om_cli_get(args, "--arm");
     OmDdsMotion m = {0};
@@ -65,8 +70,10 @@ static OmStatus load_motion(const OmCliArgs* args, const char* path, OmRlTrace* 
     *t = (OmRlTrace){0};
     OM_TRY_DONE(find_task(args, &task));
     const OmPose back = om_pose_inverse(task);
-    OM_TRY_DONE(om_dds_motion_load(path, arm ? arm : "PSM1", &m));
+    if (!arm) arm = "PSM1";
+    OM_TRY_DONE(om_dds_motion_load(path, arm, &m));
     snprintf(t->name, sizeof t->name, "%s", path);
+    snprintf(t->topic, sizeof t->topic, "/%.100s/measured_cp", arm);
     OM_ALLOC_DONE(t->time, m.n);
     OM_ALLOC_DONE(t->tip, 3 * (size_t)m.n);
     OM_ALLOC_DONE(t->jaw, m.n);
@@ -77,7 +84,7 @@ static OmStatus load_motion(const OmCliArgs* args, const char* path, OmRlTrace* 
         t->time[i] = m.time[i];
         om_store3(t->tip, i, om_pose_apply(back, m.tip[i].p));
         t->jaw[i] = m.jaw[i];
-        t->line[i] = i + 1;
+        t->line[i] = m.message[i];
     }
     if (m.n < 2) status = om_error(OM_INVALID, "%s: a path needs at least two poses", path);
 done:
@@ -86,8 +93,21 @@ done:
     return status;
 }
 
-static OmStatus load_trace(const OmCliArgs* args, const char* path, OmRlTrace* trace) {
-    return is_recording(path) ? load_motion(args, path, trace) : om_rl_trace_load(path, trace);
+// The k-th use of a number of the table of options, which om_cli_check has read; else `value`.
+static double nth_number(const OmCliArgs* args, const char* name, int k, double value) {
+    const char* text = om_cli_get_nth(args, name, k);
+    return text ? strtod(text, NULL) : value;
+}
+
+// The k-th table or recording, without what --begin and --end leave out.
+static OmStatus load_trace(const OmCliArgs* args, int k, OmRlTrace* trace) {
+    const char* path = om_cli_get_nth(args, "--from", k);
+    const double begin = nth_number(args, "--begin", k, 0);
+    OM_TRY(is_recording(path) ? load_motion(args, path, trace) : om_rl_trace_load(path, trace));
+    const OmStatus status =
+        om_rl_trace_cut(trace, begin, nth_number(args, "--end", k, (double)INFINITY));
+    if (status < 0) om_rl_trace_done(trace);
+    return status;
 }
 
 // Append one table. The episode must have the score that is wanted.
@@ -106,7 +126,8 @@ static OmStatus follow(const OmRlTrace* trace, double deviation, double least, c
         status = om_error(
             OM_INVALID,
             "%s: the path does not solve task %s: its score is %.3f, below %g (%s); nothing "
-            "was written. Check frame and units of the table; --least-score takes it",
+            "was written. Check frame and units of the table, and with --begin and --end its part that is the "
+            "task; --least-score takes it",
             trace->name, task->name, f->score, least, text.str ? text.str : "");
     om_text_done(&text);
     return status;
@@ -114,7 +135,6 @@ static OmStatus follow(const OmRlTrace* trace, double deviation, double least, c
 
 static OmStatus follow_all(const OmCliArgs* args, const OmRlTask* task, int seed,
                            OmRlDemos* demos) {
-    const char* path;
     double deviation = 2, least = isnan(task->target) ? -HUGE_VAL : task->target, most = 0;
     OmRlDrive* drive = NULL;
     OmRlTrace trace = {0};
@@ -122,10 +142,10 @@ static OmStatus follow_all(const OmCliArgs* args, const OmRlTask* task, int seed
     OM_TRY_DONE(om_cli_double(args, "--deviation", &deviation));
     OM_TRY_DONE(om_cli_double(args, "--least-score", &least));
     OM_TRY_DONE(om_rl_drive_create(task, (uint64_t)seed, &drive));
-    for (int k = 0; (path = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
+    for (int k = 0; om_cli_get_nth(args, "--from", k); ++k) {
         OmRlFollow f;
         OM_TRY_DONE(om_progress_report(om_cli_progress(true), "tables", k, 0));
-        OM_TRY_DONE(load_trace(args, path, &trace));
+        OM_TRY_DONE(load_trace(args, k, &trace));
         OM_TRY_DONE(follow(&trace, 1e-3 * deviation, least, task, drive, &f, demos));
         om_rl_trace_done(&trace);
         most = fmax(most, f.deviation);
@@ -161,16 +181,31 @@ static OmStatus record_expert(const OmCliArgs* args, const OmRlTask* task, int s
     return status;
 }
 
+// --begin and --end: none, or one for each table.
+static OmStatus check_cuts(const OmCliArgs* args) {
+    static const char* const name[] = {"--begin", "--end"};
+    int n[2] = {0}, nfrom = 0;
+    while (om_cli_get_nth(args, "--from", nfrom)) ++nfrom;
+    for (int i = 0; i < 2; ++i) {
+        while (om_cli_get_nth(args, name[i], n[i])) ++n[i];
+        OM_CHECK(n[i] == 0 || n[i] == nfrom, OM_INVALID,
+                 "%s is given %d times and --from %d times: give one for each, or none", name[i],
+                 n[i], nfrom);
+    }
+    return OM_OK;
+}
+
 // Files are checked before the task is made, which may take a second.
 static OmStatus check_files(const OmCliArgs* args, const char* part) {
     const char *path = om_cli_get(args, "--output"), *from;
     OM_TRY(om_file_check_ours(path, "omentum demonstrations"));
     OM_TRY(om_file_check_ours(part, "omentum demonstrations"));
+    OM_TRY(check_cuts(args));
     int nrecording = 0;
     for (int k = 0; (from = om_cli_get_nth(args, "--from", k)) != NULL; ++k) {
         OmRlTrace trace;
         OM_TRY(om_path_check_apart(from, path));
-        OM_TRY(load_trace(args, from, &trace));
+        OM_TRY(load_trace(args, k, &trace));
         om_rl_trace_done(&trace);
         nrecording += is_recording(from);
     }
@@ -254,9 +289,10 @@ const OmCliVerb om_cli_verb_rl_demo = {
         "continues from them. A person makes demonstrations by omentum rl play --record FILE.",
     .option = option,
     .noption = sizeof option / sizeof *option,
-    .example = "  omentum rl demo -t reach -o out/demos.hdf5\n"
-               "  omentum rl demo -t retract --from lift1.csv --from lift2.csv -o out/demos.hdf5\n"
-               "  omentum rl demo -t retract --from run.mcap --frames task.json -o out/demos.hdf5",
+    .example =
+        "  omentum rl demo -t reach -o out/demos.hdf5\n"
+        "  omentum rl demo -t retract --from lift1.csv --from lift2.csv -o out/demos.hdf5\n"
+        "  omentum rl demo -t retract --from run.mcap --frames task.json --begin 3.5 --end 9 -o out/demos.hdf5",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -26,6 +26,7 @@ typedef struct Reader {
     int capacity;
     int pose_schema, joint_schema, pose_channel, jaw_channel;  // -1: not seen
     double jaw;                                                // the last one
+    int npose;                                                 // messages of poses
 } Reader;
 
 // ---- bytes --------------------------------------------------------------------------------------------------------
@@ -95,22 +96,23 @@ static OmStatus read_pose(Reader* r, Cursor c) {
     double x[7];
     OM_TRY(begin_message(r, &c));
     const double time = take_header(&c, frame, sizeof frame);
+    ++r->npose;
     align(&c, 8);
     for (int i = 0; i < 7; ++i) x[i] = take_double(&c);
     const OmQuat q = {.w = x[6], .x = x[3], .y = x[4], .z = x[5]};
     const double norm = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     OM_CHECK(!c.is_short && om_is_finite3(om_load3(x, 0)) && fabs(norm - 1) < UNIT, OM_INVALID,
-             "%s: message %d of /%s/measured_cp is no pose", r->name, m->n + 1, r->arm);
+             "%s: message %d of /%s/measured_cp is no pose", r->name, r->npose, r->arm);
     OM_CHECK(m->n == 0 || strcmp(frame, m->frame) == 0, OM_INVALID,
-             "%s: /%s/measured_cp is in frame \"%s\", and later in \"%s\"", r->name, r->arm,
-             m->frame, frame);
+             "%s: message %d of /%s/measured_cp is in frame \"%s\", and those before in \"%s\"",
+             r->name, r->npose, r->arm, frame, m->frame);
     // in a pause of lock-step the same pose is published again
     if (m->n > 0 && time == m->time[m->n - 1]) return OM_OK;
     OM_CHECK(
         m->n == 0 || time > m->time[m->n - 1], OM_INVALID,
-        "%s: the time of /%s/measured_cp goes back from %.3f s to %.3f s: two robots, or a clock "
-        "that began again",
-        r->name, r->arm, m->time[m->n - 1], time);
+        "%s: message %d of /%s/measured_cp: its time goes back from %.3f s to %.3f s: two robots, or "
+        "a clock that began again",
+        r->name, r->npose, r->arm, m->time[m->n - 1], time);
     if (m->n == r->capacity) {
         int capacity = r->capacity;
         OM_GROW(m->time, m->n, capacity, 1024);
@@ -118,10 +120,13 @@ static OmStatus read_pose(Reader* r, Cursor c) {
         OM_GROW(m->tip, m->n, capacity, 1024);
         capacity = r->capacity;
         OM_GROW(m->jaw, m->n, capacity, 1024);
+        capacity = r->capacity;
+        OM_GROW(m->message, m->n, capacity, 1024);
         r->capacity = capacity;
     }
     memcpy(m->frame, frame, sizeof frame);
     m->time[m->n] = time;
+    m->message[m->n] = r->npose;
     m->tip[m->n] = (OmPose){om_load3(x, 0), q};
     m->jaw[m->n++] = r->jaw;
     return OM_OK;
@@ -264,5 +269,6 @@ void om_dds_motion_done(OmDdsMotion* motion) {
     om_free(motion->time);
     om_free(motion->tip);
     om_free(motion->jaw);
+    om_free(motion->message);
     *motion = (OmDdsMotion){0};
 }

@@ -35,6 +35,20 @@ static OmVec3 tip_of(const Follower* f) {
     return om_load3(tip, 0);
 }
 
+// The place of a row in its file, for messages.
+typedef struct Place {
+    char text[420];
+} Place;
+
+static Place place_of(const OmRlTrace* t, int row) {
+    Place p;
+    if (t->topic[0])
+        snprintf(p.text, sizeof p.text, "%s: message %d of %s", t->name, t->line[row], t->topic);
+    else
+        snprintf(p.text, sizeof p.text, "%s:%d", t->name, t->line[row]);
+    return p;
+}
+
 static bool is_closed_at(const OmRlTrace* t, int row) { return t->jaw[row] < OM_RL_JAW_CLOSED; }
 
 static double segment_distance(OmVec3 a, OmVec3 b, OmVec3 p) {
@@ -94,12 +108,14 @@ static OmStatus measure(Follower* f, int first, OmVec3 point) {
     f->deviation = fmax(f->deviation, om_distance(now, point));
     for (int i = first; i <= f->row; ++i)
         f->deviation = fmax(f->deviation, segment_distance(f->before, now, om_load3(t->tip, i)));
-    OM_CHECK(
-        f->deviation <= f->max_deviation, OM_INVALID,
-        "%s:%d: the tip of task %s is %.2f mm from the path, at most %.2f mm: an obstacle or the "
-        "limit of a joint is in the way",
-        t->name, t->line[f->row], f->task->name, 1e3 * f->deviation, 1e3 * f->max_deviation);
-    return OM_OK;
+    if (f->deviation <= f->max_deviation) return OM_OK;
+    const bool is_coarse = f->deviation <= sqrt(3.0) * f->move;  // without an obstacle, too
+    return om_error(
+        OM_INVALID, "%s: the tip of task %s is %.2f mm from the path, at most %.2f mm: %s",
+        place_of(t, f->row).text, f->task->name, 1e3 * f->deviation, 1e3 * f->max_deviation,
+        is_coarse ? "moves of the task are long, and keep within sqrt(3) of their "
+                    "length; make them shorter, or allow more (--deviation)"
+                  : "an obstacle or the limit of a joint is in the way");
 }
 
 static double round_move(double way, double move) {
@@ -134,20 +150,35 @@ static OmStatus follow_path(Follower* f) {
     }
     OM_CHECK(
         !now->is_over || now->is_terminated || f->row + 1 >= t->n, OM_INVALID,
-        "%s:%d: an episode of task %s has at most %d steps, and the path needs more; set max_step "
+        "%s: an episode of task %s has at most %d steps, and the path needs more; set max_step "
         "(-s max_step=N), or cut the table",
-        t->name, t->line[f->row], f->task->name, f->task->max_step);
+        place_of(t, f->row).text, f->task->name, f->task->max_step);
     for (int k = 0; k < END_STEPS && !now->is_over; ++k) OM_TRY(step(f));
     return OM_OK;
 }
 
-// Every row must be a place of the task.
+// Every row must be a place of the task. The message has the first one that is not, their number, and the last one: a
+// recording often begins and ends beside the task.
 static OmStatus check_rows(const OmRlTrace* t, const OmRlTask* task, OmRlDrive* drive) {
+    char why[300] = "";
+    int nout = 0, first = 0, last = 0;
     for (int i = t->n - 1; i >= 0; --i) {  // the first row is the last one to be placed
         OmStatus status = task->ops->place(task, om__rl_drive_state(drive), t->tip + 3 * (size_t)i);
-        if (status < 0) return om_error_prefix(status, "%s:%d", t->name, t->line[i]);
+        if (status < 0 && status != OM_INVALID)
+            return om_error_prefix(status, "%s", place_of(t, i).text);
+        if (status >= 0) continue;
+        snprintf(why, sizeof why, "%s", om_error_message());
+        last = nout == 0 ? i : last;
+        first = i;
+        ++nout;
     }
-    return OM_OK;
+    if (nout == 0) return OM_OK;
+    if (nout == 1) return om_error(OM_INVALID, "%s: %s", place_of(t, first).text, why);
+    return om_error(OM_INVALID,
+                    "%s: %s. So are %d of %d poses, the first at %.3f s and the last at %.3f s "
+                    "after the begin",
+                    place_of(t, first).text, why, nout, t->n, t->time[first] - t->time[0],
+                    t->time[last] - t->time[0]);
 }
 
 OmStatus om_rl_trace_follow(const OmRlTrace* trace, double max_deviation, OmRlDrive* drive,

@@ -124,6 +124,24 @@ void om_rl_trace_done(OmRlTrace* trace) {
     *trace = (OmRlTrace){0};
 }
 
+OmStatus om_rl_trace_cut(OmRlTrace* trace, double begin, double end) {
+    OmRlTrace* t = trace;
+    const double last = t->time[t->n - 1] - t->time[0];
+    int from = 0, n = 0;
+    while (from < t->n && t->time[from] - t->time[0] < begin) ++from;
+    while (from + n < t->n && t->time[from + n] - t->time[0] <= end) ++n;
+    OM_CHECK(n >= 2, OM_INVALID,
+             "%s: %d poses from %g s to %g s, a path needs at least two; it has %d in %.3f s",
+             t->name, n, begin, end, t->n, last);
+    const size_t num = (size_t)n, at = (size_t)from;
+    memmove(t->time, t->time + at, num * sizeof *t->time);
+    memmove(t->tip, t->tip + 3 * at, 3 * num * sizeof *t->tip);
+    memmove(t->jaw, t->jaw + at, num * sizeof *t->jaw);
+    memmove(t->line, t->line + at, num * sizeof *t->line);
+    t->n = n;
+    return OM_OK;
+}
+
 OmStatus om_rl_trace_parse(const char* data, size_t size, const char* name, OmRlTrace* trace) {
     Table table = {.name = trace->name, .trace = trace};
     OmStatus status;

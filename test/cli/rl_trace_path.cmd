@@ -25,3 +25,7 @@ no-file none.hdf5
 $ omentum rl demo -t retract --from short.csv --least-score 0 -o kept.hdf5
 exit 0
 out ^1 demonstrations
+$ omentum rl demo -t retract -s move_mm=2 --from robot.csv -o none.hdf5
+exit 3
+err robot.csv:\d+: the tip of task retract is 2\.\d+ mm from the path, at most 2.00 mm: moves of the task are long
+no-file none.hdf5

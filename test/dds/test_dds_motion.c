@@ -32,6 +32,7 @@ static void another_programs_recording(void** unused) {
         assert_near(om_distance(m.tip[i].p, p), 0, 1e-15);
         assert_near(fabs(m.tip[i].q.x), 1, 0);
         assert_near(m.time[i], 100 + 0.1 * i, 1e-9);
+        assert_int_equal(m.message[i], i < 6 ? i + 1 : i + 2);
         assert_near(m.jaw[i], i < 3 ? 0.02 : 0.01 * (i - 1), 1e-15);
     }
     om_dds_motion_done(&m);
@@ -73,7 +74,9 @@ static void damaged(void** unused) {
     memcpy(two, data, end);
     memcpy(two + end, data + chunk, size - chunk);
     assert_status(om_dds_motion_parse(two, size + end - chunk, "two.mcap", "PSM2", &m), OM_INVALID);
-    assert_non_null(strstr(om_error_message(), "goes back from 103.000 s to 100.000 s"));
+    assert_non_null(
+        strstr(om_error_message(),
+               "message 33 of /PSM2/measured_cp: its time goes back from 103.000 s to 100.000 s"));
     two[chunk + 9 + 16] ^= 1;  // its size; this writer has no sums
     assert_status(om_dds_motion_parse(two, size + end - chunk, "two.mcap", "PSM2", &m), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "a chunk is damaged"));
@@ -105,7 +108,7 @@ static OmStatus parse_once(void* ctx) {
 static void memory_runs_out(void** unused) {
     (void)unused;
     char arm[] = "PSM2";
-    assert_true(test_failing_allocations(parse_once, arm, 1) == 3);
+    assert_true(test_failing_allocations(parse_once, arm, 1) == 4);
 }
 
 int main(void) {

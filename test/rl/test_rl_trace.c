@@ -30,6 +30,27 @@ static void test_tables(void** state) {
     om_rl_trace_done(&t);
 }
 
+// Rows at both ends of the part are kept; a part with one row is refused, and nothing changes.
+static void test_cut(void** state) {
+    (void)state;
+    OmRlTrace t;
+    assert_ok(parse("time,x,y,z,jaw\n10,0,0,0,0\n11,1,2,3,0.1\n12,4,5,6,0.2\n13,7,8,9,0.3\n", &t));
+    assert_status(om_rl_trace_cut(&t, 1.5, 2.5), OM_INVALID);
+    assert_string_equal(
+        om_error_message(),
+        "robot.csv: 1 poses from 1.5 s to 2.5 s, a path needs at least two; it has 4 "
+        "in 3.000 s");
+    assert_status(om_rl_trace_cut(&t, (double)NAN, (double)NAN), OM_INVALID);
+    assert_int_equal(t.n, 4);
+    assert_ok(om_rl_trace_cut(&t, 1, 2));
+    assert_true(t.n == 2 && t.line[0] == 3 && t.line[1] == 4);
+    const double tip[6] = {1, 2, 3, 4, 5, 6};
+    assert_memory_equal(t.tip, tip, sizeof tip);
+    assert_near(t.time[0], 11, 0);
+    assert_near(t.jaw[1], 0.2, 0);
+    om_rl_trace_done(&t);
+}
+
 // Every refusal names file, line and field.
 static void test_bad_tables(void** state) {
     (void)state;
@@ -240,6 +261,15 @@ static void test_refused(void** state) {
     assert_ok(parse("time,x,y,z\n0,0,0,0\n1,0,0.09,0\n2,0,0.2,0\n3,0,0,0\n", &t));
     assert_status(om_rl_trace_follow(&t, 0.001, drive, &f), OM_INVALID);
     assert_string_equal(om_error_message(), "robot.csv:4: axis 1 is outside the box");
+    // of a recording, with two more
+    snprintf(t.topic, sizeof t.topic, "/PSM1/measured_cp");
+    t.line[2] = 40;
+    t.tip[3] = t.tip[0] = 0.3;
+    assert_status(om_rl_trace_follow(&t, 0.001, drive, &f), OM_INVALID);
+    assert_string_equal(
+        om_error_message(),
+        "robot.csv: message 2 of /PSM1/measured_cp: axis 0 is outside the box. So are 3 of 4 poses, "
+        "the first at 0.000 s and the last at 2.000 s after the begin");
     om_rl_trace_done(&t);
     // 35 mm are 70 moves of 0.5 mm
     assert_ok(parse("time,x,y,z\n0,0,0,0\n1,0,0.035,0\n", &t));
@@ -364,11 +394,11 @@ static void test_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tables),       cmocka_unit_test(test_bad_tables),
-        cmocka_unit_test(test_random_paths), cmocka_unit_test(test_straight),
-        cmocka_unit_test(test_gripper),      cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_retract),      cmocka_unit_test(test_replay),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_tables),     cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_bad_tables), cmocka_unit_test(test_random_paths),
+        cmocka_unit_test(test_straight),   cmocka_unit_test(test_gripper),
+        cmocka_unit_test(test_refused),    cmocka_unit_test(test_retract),
+        cmocka_unit_test(test_replay),     cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
