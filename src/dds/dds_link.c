@@ -19,7 +19,7 @@
 #include <string.h>
 
 #include "base/base_grow.h"
-#include "dds/dds_mcap.h"
+#include "dds/dds_tape.h"
 
 #define COOKIE 0xdd5001u
 #define MAX_SEQUENCE 65536
@@ -87,7 +87,7 @@ struct Link {
     dds_entity_t domain, participant, waitset;  // domain 0: another link of this process has it
     Endpoint* end;
     int nend, capacity;
-    Mcap* mcap;  // null: no recording
+    Tape* tape;  // null: no recording
     bool records_pictures;
 };
 
@@ -626,19 +626,19 @@ OmStatus om__link_add(Link* link, unsigned flags, LinkType type, const char* nam
         if (code < 0) return fail(topic, code);
     }
     const bool is_picture = type == LINK_IMAGE || type == LINK_CLOUD;
-    if (link->mcap && !e.is_reader && (link->records_pictures || !is_picture)) {
+    if (link->tape && !e.is_reader && (link->records_pictures || !is_picture)) {
         const McapTopic of = {name, type, depth, flags & LINK_LATCHED, type_table[type].hash};
-        OM_TRY(om__mcap_add(link->mcap, &of, &e.channel));
+        OM_TRY(om__tape_add(link->tape, &of, &e.channel));
     }
     *id = link->nend;
     link->end[link->nend++] = e;
     return OM_OK;
 }
 
-void om__link_record(Link* link, Mcap* mcap, bool has_pictures) {
-    link->mcap = mcap;
+void om__link_record(Link* link, Tape* tape, bool has_pictures) {
+    link->tape = tape;
     link->records_pictures = has_pictures;
-    for (int i = 0; i < link->nend && !mcap; ++i) link->end[i].channel = -1;
+    for (int i = 0; i < link->nend && !tape; ++i) link->end[i].channel = -1;
 }
 
 const char* om__link_name(const Link* link, int id) { return link->end[id].name; }
@@ -669,7 +669,7 @@ static OmStatus record(const Link* link, const Endpoint* e, double time, const P
     if (status == OM_OK) status = om_text_append_raw(&cdr, (const char*)little_endian, 4);
     if (status == OM_OK)
         status = om_text_append_raw(&cdr, (const char*)out.x.m_buffer, out.x.m_index);
-    if (status == OM_OK) status = om__mcap_write(link->mcap, e->channel, time, cdr.str, cdr.len);
+    if (status == OM_OK) status = om__tape_write(link->tape, e->channel, time, cdr.str, cdr.len);
     dds_ostreamLE_fini(&out);
     om_text_done(&cdr);
     return status;

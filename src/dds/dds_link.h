@@ -98,6 +98,7 @@ typedef struct LinkMessage {
 
 typedef struct Link Link;
 typedef struct Mcap Mcap;  // dds_mcap.h
+typedef struct Tape Tape;  // dds_tape.h
 
 enum { LINK_OUT = 0, LINK_IN = 1, LINK_LATCHED = 2 };  // flags of om__link_add
 
@@ -109,7 +110,7 @@ OmStatus om__link_add(Link* link, unsigned flags, LinkType type, const char* nam
 OmStatus om__link_write(Link* link, int id, const LinkMessage* message);
 // Writers added from now on also write to a recording (borrowed); without pictures: no images and clouds. Null: no
 // writer does any more.
-void om__link_record(Link* link, Mcap* mcap, bool has_pictures);
+void om__link_record(Link* link, Tape* tape, bool has_pictures);
 // Has a writer a reader, or is it recorded?
 bool om__link_is_wanted(const Link* link, int id);
 // The next message. @return false: there is none

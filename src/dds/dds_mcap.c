@@ -14,7 +14,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <pthread.h>
 #include <string.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -61,7 +60,6 @@ struct Mcap {
     uint64_t nmessage, first, last;         // ns
     uint64_t nheld, held_first, held_last;  // of the chunk in memory
     double written;                         // s of the wall clock
-    pthread_mutex_t lock;
 };
 
 // ---- types --------------------------------------------------------------------------------------------------------
@@ -403,7 +401,6 @@ static void destroy(Mcap* m) {
     om_free(m->channel);
     OmText* all[] = {&m->records, &m->channels, &m->chunks, &m->out, &m->ending};
     for (size_t k = 0; k < sizeof all / sizeof *all; ++k) om_text_done(all[k]);
-    pthread_mutex_destroy(&m->lock);
     om_free(m);
 }
 
@@ -411,7 +408,6 @@ OmStatus om__mcap_open(const char* path, Mcap** mcap) {
     *mcap = NULL;
     Mcap* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
-    pthread_mutex_init(&m->lock, NULL);
     snprintf(m->path, sizeof m->path, "%s", path);
     m->fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     OmStatus status = OM_OK;
@@ -470,10 +466,7 @@ static OmStatus append(Mcap* m, int channel, uint64_t time, const void* cdr, siz
 OmStatus om__mcap_write(Mcap* mcap, int channel, double time, const void* cdr, size_t size) {
     const double second = floor(time);
     const uint64_t ns = (uint64_t)llround(1e9 * (time - second));
-    pthread_mutex_lock(&mcap->lock);
-    const OmStatus status = append(mcap, channel, (uint64_t)second * 1000000000u + ns, cdr, size);
-    pthread_mutex_unlock(&mcap->lock);
-    return status;
+    return append(mcap, channel, (uint64_t)second * 1000000000u + ns, cdr, size);
 }
 
 OmStatus om__mcap_close(Mcap* mcap) {

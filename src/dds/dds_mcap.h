@@ -1,4 +1,5 @@
-// dds_mcap.h: a recording of topics as rosbag2 reads it: MCAP, profile "ros2", messages in CDR. No DDS here.
+// dds_mcap.h: a recording of topics as rosbag2 reads it: MCAP, profile "ros2", messages in CDR. No DDS here, one
+// thread; it waits for the disk.
 //
 //     om__mcap_open("run.mcap", &mcap);
 //     om__mcap_add(mcap, &(McapTopic){"tf", LINK_TF, 10, false, hash}, &channel);
@@ -21,7 +22,7 @@ typedef struct McapTopic {
 OmStatus om__mcap_open(const char* path, Mcap** mcap);
 // The channel of a topic; -1: its type is not recorded (om__mcap_schema has none).
 OmStatus om__mcap_add(Mcap* mcap, const McapTopic* topic, int* channel);
-// A message with its four bytes of encapsulation, at `time` (s). From any thread. @return OM_IO: the disk
+// A message with its four bytes of encapsulation, at `time` (s). @return OM_IO: the disk
 OmStatus om__mcap_write(Mcap* mcap, int channel, double time, const void* cdr, size_t size);
 // Write what is left, and free. Null is allowed.
 OmStatus om__mcap_close(Mcap* mcap);

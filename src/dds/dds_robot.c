@@ -403,8 +403,8 @@ static OmStatus begin(OmDdsRobot* r) {
     if (!r->def.is_lock_step) OM_TRY(part_arms(r, mesh));
     if (r->def.udp_port > 0) OM_TRY(om__udp_open(r->def.udp_port, &r->udp));
     OM_TRY(om__link_create(&r->def.dds, &r->link));
-    if (r->def.record) OM_TRY(om__mcap_open(r->def.record, &r->mcap));
-    om__link_record(r->link, r->mcap, r->def.has_record_pictures);
+    if (r->def.record) OM_TRY(om__tape_open(r->def.record, &r->tape));
+    om__link_record(r->link, r->tape, r->def.has_record_pictures);
     OM_TRY(add_all(r));
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
@@ -430,10 +430,10 @@ OmStatus om_dds_robot_create(const OmDdsRobotDef* def, OmDdsRobot** robot) {
 
 OmStatus om_dds_robot_end_record(OmDdsRobot* robot) {
     const OmStatus status = om__robot_end_look(robot);
-    Mcap* mcap = robot->mcap;
-    robot->mcap = NULL;
+    Tape* tape = robot->tape;
+    robot->tape = NULL;
     om__link_record(robot->link, NULL, false);
-    const OmStatus closed = om__mcap_close(mcap);
+    const OmStatus closed = om__tape_close(tape);
     return status < 0 ? status : closed;
 }
 
@@ -442,7 +442,7 @@ void om_dds_robot_destroy(OmDdsRobot* robot) {
     om_job_join(robot->job);
     om_job_join(robot->step);
     if (robot->is_apart) om_world_destroy(robot->arms);
-    om__mcap_close(robot->mcap);
+    om__tape_close(robot->tape);
     om__link_destroy(robot->link);
     om__udp_close(robot->udp);
     om_watch_destroy(robot->watch);

@@ -5,8 +5,8 @@
 
 #include "dds/dds_arm.h"
 #include "dds/dds_cloud.h"
-#include "dds/dds_mcap.h"
 #include "dds/dds_period.h"
+#include "dds/dds_tape.h"
 #include "dds/dds_udp.h"
 #include "omentum/base_job.h"
 #include "omentum/dds.h"
@@ -39,7 +39,7 @@ typedef struct Eye {  // a camera with its topics
 struct OmDdsRobot {
     OmDdsRobotDef def;
     Link* link;
-    Mcap* mcap;      // null: no recording
+    Tape* tape;      // null: no recording
     Udp* udp;        // null: not served
     OmText reply;    // to the last datagram
     OmWatch* watch;  // null: not served

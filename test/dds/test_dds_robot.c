@@ -2,12 +2,14 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
-#include "dds/dds_link.h"
+#include "dds/dds_robot.h"
 #include "easy_scene.h"
 #include "test_common.h"
 
@@ -454,6 +456,50 @@ static void tissue_behind(void** unused) {
     om_site_done(&s.site);
 }
 
+// A disk that does not answer.
+typedef struct Gate {
+    atomic_bool is_open;
+    atomic_int nwaiting;
+} Gate;
+
+static void wait_at(void* ctx) {
+    Gate* g = ctx;
+    const double end = om_clock_now() + 20;
+    atomic_fetch_add(&g->nwaiting, 1);
+    while (!atomic_load(&g->is_open) && om_clock_now() < end)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    atomic_fetch_sub(&g->nwaiting, 1);
+}
+
+// The disk of a recording stands: the arms do not wait for it, and their poses are in the file once it answers.
+static void stopped_disk(void** unused) {
+    (void)unused;
+    Served s;
+    OmDdsRobotDef def;
+    OmDdsMotion m;
+    Gate gate = {false};
+    char name[100];
+    snprintf(name, sizeof name, "/tmp/om_robot_%d.mcap", (int)getpid());
+    make_robot(&s, &def, om_vec3(8, 8, 1));
+    def.picture_rate = 0;
+    def.record = name;
+    assert_ok(om_dds_robot_create(&def, &s.robot));
+    om__tape_hinder(s.robot->tape, TAPE_MOST, wait_at, &gate);
+    assert_ok(om_dds_robot_run(s.robot, 0.4, NULL));
+    assert_int_equal(atomic_load(&gate.nwaiting), 1);
+    assert_below(om_dds_robot_report(s.robot).wall_time, 10);
+    atomic_store(&gate.is_open, true);
+    assert_ok(om_dds_robot_end_record(s.robot));
+    assert_ok(om_dds_motion_load(name, "PSM2", &m));
+    assert_int_equal(m.n, 40);
+    assert_near(m.time[39] - m.time[0], 0.39, 1e-6);
+    om_dds_motion_done(&m);
+    unlink(name);
+    om_dds_robot_destroy(s.robot);
+    om_world_destroy(s.field);
+    om_site_done(&s.site);
+}
+
 // Topics of the whole system: a sentence, and no arm moves or changes its state; power_off stops arms.
 static void whole_system(void** unused) {
     (void)unused;
@@ -549,6 +595,7 @@ int main(void) {
         cmocka_unit_test(frames),        cmocka_unit_test(jaw),
         cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams),
         cmocka_unit_test(tissue_behind), cmocka_unit_test(whole_system),
-        cmocka_unit_test(effort),        cmocka_unit_test(speed)};
+        cmocka_unit_test(effort),        cmocka_unit_test(speed),
+        cmocka_unit_test(stopped_disk)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
