@@ -38,7 +38,7 @@ function(om_finish_library)
     target_include_directories(omentum_objects PRIVATE ${PROJECT_SOURCE_DIR}/src)
     target_link_libraries(omentum_objects PRIVATE om_flags PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS omentum_dds_types)
     set(libs ${CHOLMOD_LIBRARY} ${OM_LU_LIBRARY} ${ARPACK_LIBRARY} ${OPENBLAS_LIBRARY} ${EMBREE_LIBRARY} ${CLINGO_LIBRARY} ${HDF5_LIBRARY} ${DNNL_LIBRARY}
-        PNG::PNG ZLIB::ZLIB PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS PkgConfig::CYCLONEDDS Threads::Threads m)
+        PNG::PNG ZLIB::ZLIB PkgConfig::YAML PkgConfig::NLOPT PkgConfig::JANSSON PkgConfig::WEBSOCKETS PkgConfig::CYCLONEDDS Threads::Threads ${CMAKE_DL_LIBS} m)
     if(OM_WITH_OPENMP)
         list(APPEND libs OpenMP::OpenMP_C)
     endif()
