@@ -13,8 +13,9 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         FUZZ_EXPECT(memcmp(&psm, &before, sizeof psm) == 0);
         return 0;
     }
-    FUZZ_EXPECT(psm.wrist >= 0 && psm.wrist <= 0.1 && psm.jaw_min < psm.jaw_max);
-    for (int k = 0; k < OM_PSM_NJOINT; ++k)
+    FUZZ_EXPECT(psm.wrist >= 0 && isfinite(psm.wrist) && psm.njoint >= 4 && psm.njoint <= 6);
+    FUZZ_EXPECT(psm.has_jaw ? psm.jaw_min < psm.jaw_max : psm.jaw_max == 0);
+    for (int k = 0; k < psm.njoint; ++k)
         FUZZ_EXPECT(isfinite(psm.q_min[k]) && psm.q_min[k] < psm.q_max[k]);
     return 0;
 }

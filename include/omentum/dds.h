@@ -57,6 +57,8 @@ typedef struct OmDdsRobotDef {
     bool has_record_pictures;  // with images and clouds, about 40 MB/s; default false
     // error, warning and status as crtk_msgs/StringStamped, as JHU's simulators; default false: std_msgs/String
     bool has_stamped_strings;
+    // of all arms, "NAME:NUMBER"; borrowed; default "PROGRASP_FORCEPS:400093"
+    const char* tool_type;
     void (*say)(void* ctx, const char* sentence);  // events, in words; default null
     void* say_ctx;
 } OmDdsRobotDef;

@@ -166,6 +166,11 @@ OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 ///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
+/// Replace arm and instrument of one arm of a simulated world, before its first step; where its base is stays.
+/// @param tool  jaw, joints and limits count; pose_world_rcm does not
+/// @return OM_OK; OM_INVALID (no such arm, a world that has advanced, or no joints for the place of the tip);
+///         OM_UNAVAILABLE (not a simulated world); the world is unchanged on error
+OM_API OmStatus om_world_set_tool(OmWorld* world, int arm, const OmPsm* tool);
 /// The arms of a simulated world apart from its tissue, for a program whose arms must keep time while the tissue steps
 /// in another thread, as a robot does: a world without sources, whose arms move, measure and end where those of `world`
 /// are now. It has snapshots. A jaw that closes waits for the tissue's answer near the angle at which tissue stops it.

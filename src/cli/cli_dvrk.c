@@ -1,5 +1,6 @@
 // cli_dvrk.c: omentum dvrk: a simulated da Vinci Research Kit on the topics of ROS 2.
 #include <math.h>
+#include <string.h>
 
 #include "cli_retract.h"
 
@@ -17,6 +18,10 @@ static const OmCliOption option[] = {
      "none", NULL, 1, 65535},
     {"--record", NULL, "FILE", "all messages to a new file, MCAP as rosbag2 reads it", "none"},
     {"--record-pictures", NULL, NULL, "with pictures and clouds, about 40 MB a second"},
+    {"--instrument", NULL, "FILE",
+     "instrument of both arms, a file of the dVRK: share/tool/NAME_NUMBER.json", "a ProGrasp"},
+    {"--arm", NULL, "FILE", "the same for the arm: PSM_Si.json for an S or Si instrument",
+     "Classic"},
     {"--stamped-strings", NULL, NULL,
      "error, warning and status are crtk_msgs/StringStamped, as in JHU's simulators"},
     OM_CLI_OPTION_DATA,
@@ -81,25 +86,55 @@ static void print_report(const OmDdsRobot* robot, double rate) {
     om_cli_figure("step_max_ms", 1e3 * r.step_max);
 }
 
+// PROGRASP_FORCEPS_400093.json is PROGRASP_FORCEPS:400093, as the dVRK writes it.
+static void name_tool(const char* path, char* type, size_t size) {
+    const char* slash = strrchr(path, '/');
+    snprintf(type, size, "%s", slash ? slash + 1 : path);
+    char* end = strstr(type, ".json");
+    if (end) *end = 0;
+    char* number = strrchr(type, '_');
+    if (number && number[1] && strspn(number + 1, "0123456789") == strlen(number + 1))
+        *number = ':';
+}
+
+// The files of --instrument and --arm.
+static OmStatus set_tools(const OmCliArgs* args, OmWorld* world) {
+    const char *instrument = om_cli_get(args, "--instrument"), *arm = om_cli_get(args, "--arm");
+    for (int a = 0; (instrument || arm) && a < om_world_narm(world); ++a) {
+        OmPsm psm = *om_world_psm(world, a);
+        if (instrument) OM_TRY(om_psm_load_instrument(instrument, &psm));
+        if (arm) OM_TRY(om_psm_load_arm(arm, &psm));
+        OM_TRY(om_world_set_tool(world, a, &psm));
+    }
+    return OM_OK;
+}
+
 // Build the field, let it come to rest, serve it.
 static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OmSite site = {0};
     OmWorld *world = NULL, *eyes = NULL;
     OmDdsRobot* robot = NULL;
     double seconds = INFINITY;
+    char tool[128];
     const OmProgress* progress = om_cli_progress(true);
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_cli_double(args, "--time", &seconds));
     OM_TRY_DONE(om_site_build(&s->scene, OM_SITE_WORLD, progress, &site));
     OM_TRY_DONE(om_world_create_simulated(&s->scene, &site, s->nworker, &world));
+    OM_TRY_DONE(set_tools(args, world));
     OM_TRY_DONE(om_world_reset(world));
     OmDdsRobotDef def = om_dds_robot_default_def(world, &s->scene, &site);
     OM_TRY_DONE(om_cli_dds(args, &def.dds));
     OM_TRY_DONE(om_cli_double(args, "--rate", &def.rate));
     OM_TRY_DONE(om_cli_double(args, "--pictures", &def.picture_rate));
+    if (om_cli_get(args, "--instrument")) {
+        name_tool(om_cli_get(args, "--instrument"), tool, sizeof tool);
+        def.tool_type = tool;
+    }
     def.is_lock_step = om_cli_get(args, "--lock-step") != NULL;
     if (!def.is_lock_step) {
         OM_TRY_DONE(om_world_create_simulated(&s->scene, &site, s->nworker, &eyes));
+        OM_TRY_DONE(set_tools(args, eyes));
         def.eyes = eyes;
     }
     OM_TRY_DONE(om_cli_int(args, "--udp", &def.udp_port));
@@ -145,10 +180,12 @@ const OmCliVerb om_cli_verb_dvrk = {
         "--network or --peer others are. CYCLONEDDS_URI is used where it is set and neither is given.",
     .option = option,
     .noption = sizeof option / sizeof *option,
-    .example = "  omentum dvrk scenes/sheet.yaml\n"
-               "  omentum dvrk scenes/belief.yaml --domain 7 --time 60\n"
-               "  omentum dvrk scenes/belief.yaml --lock-step\n"
-               "  omentum dvrk scenes/sheet.yaml --network eth0",
+    .example =
+        "  omentum dvrk scenes/sheet.yaml\n"
+        "  omentum dvrk scenes/belief.yaml --domain 7 --time 60\n"
+        "  omentum dvrk scenes/belief.yaml --lock-step\n"
+        "  omentum dvrk scenes/sheet.yaml --network eth0\n"
+        "  omentum dvrk scenes/sheet.yaml --instrument MONOPOLAR_CURVED_SCISSORS_400179.json",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -96,20 +96,22 @@ static int find_joint(const char* name) {
 // Positions by names in any order, or without names in the order of the joints.
 static OmStatus read_joints(const Arm* arm, const LinkJoints* joints, double q[6]) {
     bool has[OM_PSM_NJOINT] = {false};
-    OM_CHECK(joints->nposition == OM_PSM_NJOINT, OM_INVALID, "%d positions; an arm has %d joints",
-             joints->nposition, OM_PSM_NJOINT);
-    OM_CHECK(joints->nname == 0 || joints->nname == OM_PSM_NJOINT, OM_INVALID,
-             "%d names of joints; none or %d", joints->nname, OM_PSM_NJOINT);
-    for (int i = 0; i < OM_PSM_NJOINT; ++i) {
+    const int n = arm->psm.njoint;
+    OM_CHECK(joints->nposition == n, OM_INVALID, "%d positions; the arm has %d joints",
+             joints->nposition, n);
+    OM_CHECK(joints->nname == 0 || joints->nname == n, OM_INVALID, "%d names of joints; none or %d",
+             joints->nname, n);
+    for (int i = n; i < OM_PSM_NJOINT; ++i) q[i] = 0;
+    for (int i = 0; i < n; ++i) {
         const int k = joints->nname > 0 ? find_joint(joints->name[i]) : i;
-        OM_CHECK(k >= 0, OM_INVALID, "\"%s\" is no joint", joints->name[i]);
+        OM_CHECK(k >= 0 && k < n, OM_INVALID, "\"%s\" is no joint", joints->name[i]);
         OM_CHECK(!has[k], OM_INVALID, "joint \"%s\" is named twice", joints->name[i]);
         OM_CHECK(isfinite(joints->position[i]), OM_INVALID, "%s is not finite",
                  om__arm_joint_name(k));
         has[k] = true;
         q[k] = joints->position[i];
     }
-    for (int i = 0; i < OM_PSM_NJOINT; ++i)
+    for (int i = 0; i < n; ++i)
         OM_CHECK(q[i] >= arm->psm.q_min[i] - 1e-9 && q[i] <= arm->psm.q_max[i] + 1e-9, OM_INVALID,
                  "%s is %.4g, outside of its limits %.4g to %.4g", om__arm_joint_name(i), q[i],
                  arm->psm.q_min[i], arm->psm.q_max[i]);
@@ -124,10 +126,16 @@ OmVec3 om__arm_turn(OmQuat from, OmQuat to) {
     return om_scale(sign * k, om_vec3(d.x, d.y, d.z));
 }
 
+OmStatus om__arm_reach(const Arm* arm, OmPose goal, double q[6], OmPose* reached) {
+    return om_psm_inverse_nearest(&arm->psm, goal, arm->q, q, reached);
+}
+
 OmStatus om__arm_servo_cp(Arm* arm, double time, OmPose goal) {
     double q[OM_PSM_NJOINT];
+    const bool is_free = arm->psm.njoint < OM_PSM_NJOINT;
     OM_TRY(check_ready(arm));
     OM_TRY(check_pose(&goal));
+    if (is_free) OM_TRY(om__arm_reach(arm, goal, q, &goal));
     const double way = om_distance(goal.p, arm->setpoint.p);
     const double turn = om_quat_angle(goal.q, arm->setpoint.q);
     OM_CHECK(way <= ARM_MAX_STEP, OM_INVALID,
@@ -136,7 +144,7 @@ OmStatus om__arm_servo_cp(Arm* arm, double time, OmPose goal) {
              1e3 * way, 1e3 * ARM_MAX_STEP);
     OM_CHECK(turn <= ARM_MAX_TURN, OM_INVALID,
              "the goal is turned by %.2f rad from the setpoint; at most %.1f", turn, ARM_MAX_TURN);
-    OM_TRY(om_psm_inverse(&arm->psm, goal, arm->q, q));
+    if (!is_free) OM_TRY(om__arm_reach(arm, goal, q, &goal));
     arm->goal = goal;
     arm->heard = time;
     arm->motion = ARM_SERVO_CP;
@@ -180,7 +188,7 @@ OmStatus om__arm_move_cp(Arm* arm, double time, OmPose goal) {
     double q[OM_PSM_NJOINT];
     OM_TRY(check_ready(arm));
     OM_TRY(check_pose(&goal));
-    OM_TRY(om_psm_inverse(&arm->psm, goal, arm->q, q));
+    OM_TRY(om__arm_reach(arm, goal, q, &goal));
     begin_move(arm, time, goal, q);
     return OM_OK;
 }
@@ -193,8 +201,13 @@ OmStatus om__arm_move_jp(Arm* arm, double time, const LinkJoints* joints) {
     return OM_OK;
 }
 
+static OmStatus check_jaw(const Arm* arm) {
+    OM_CHECK(arm->psm.has_jaw, OM_INVALID, "the instrument has no jaw");
+    return check_ready(arm);
+}
+
 OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints) {
-    OM_TRY(check_ready(arm));
+    OM_TRY(check_jaw(arm));
     OM_CHECK(joints->nposition == 1, OM_INVALID, "%d positions; a jaw has one", joints->nposition);
     OM_CHECK(isfinite(joints->position[0]), OM_INVALID, "the jaw's angle is not finite");
     arm->jaw_goal = fmax(arm->psm.jaw_min, fmin(arm->psm.jaw_max, joints->position[0]));
@@ -202,7 +215,7 @@ OmStatus om__arm_jaw(Arm* arm, const LinkJoints* joints) {
 }
 
 OmStatus om__arm_jaw_effort(Arm* arm, const LinkJoints* joints) {
-    OM_TRY(check_ready(arm));
+    OM_TRY(check_jaw(arm));
     OM_CHECK(joints->neffort == 1, OM_INVALID, "%d efforts; a jaw has one", joints->neffort);
     const double effort = joints->effort[0];
     OM_CHECK(isfinite(effort), OM_INVALID, "the jaw's effort is not finite");
@@ -244,8 +257,8 @@ static void step_servo_cp(Arm* arm, double dt) {
         next.p = om_madd(arm->setpoint.p, part, om_sub(arm->goal.p, arm->setpoint.p));
         next.q = om_quat_slerp(arm->setpoint.q, arm->goal.q, part);
     }
-    if (om_psm_inverse(&arm->psm, next, arm->q, arm->q) == OM_OK)
-        arm->setpoint = next;
+    if (om__arm_reach(arm, next, arm->q, &next) == OM_OK)
+        arm->setpoint = part < 1 ? next : arm->goal;
     else
         arm->motion = ARM_HOLD;
 }

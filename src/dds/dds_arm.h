@@ -60,6 +60,8 @@ OmStatus om__arm_set_ratio(Arm* arm, double ratio);
 bool om__arm_step(Arm* arm, double time, double dt);
 // The rotation from one orientation to another, as axis times angle (rad, at most pi), in their common frame.
 OmVec3 om__arm_turn(OmQuat from, OmQuat to);
+// The pose that the arm takes for a goal: of fewer than six joints the nearest orientation. @return OM_INVALID
+OmStatus om__arm_reach(const Arm* arm, OmPose goal, double q[OM_PSM_NJOINT], OmPose* reached);
 // Names of the joints, as the dVRK has them.
 const char* om__arm_joint_name(int joint);
 

@@ -134,8 +134,12 @@ static OmStatus read_operation(const json_t* value, int k, UdpCommand* c) {
         c->x[0] = json_number_value(value);
         return OM_OK;
     }
-    OM_CHECK(json_array_size(value) == (size_t)c->n, OM_INVALID, "\"%s\" is no list of %d numbers",
-             operation[k].key, c->n);
+    // an arm may have fewer joints: it counts them
+    const bool is_joints = c->kind == UDP_SERVO_JP || c->kind == UDP_MOVE_JP;
+    const size_t n = json_array_size(value);
+    if (is_joints && n >= 4 && n < OM_PSM_NJOINT) c->n = (int)n;
+    OM_CHECK(n == (size_t)c->n, OM_INVALID, "\"%s\" is no list of %d numbers", operation[k].key,
+             c->n);
     for (int i = 0; i < c->n; ++i) {
         const json_t* v = json_array_get(value, (size_t)i);
         OM_CHECK(json_is_number(v), OM_INVALID, "\"%s\" is no list of %d numbers", operation[k].key,
@@ -191,8 +195,8 @@ void om__udp_print_arm(OmJson* json, const char* name, const Arm* arm,
     om_json_bool(json, "is_busy", arm->motion == ARM_MOVE);
     add_pose(json, "measured_cp", seen->tip);
     add_pose(json, "setpoint_cp", arm->setpoint);
-    om_json_numbers(json, "measured_js", seen->q, OM_PSM_NJOINT);
-    om_json_number(json, "jaw", seen->jaw);
+    om_json_numbers(json, "measured_js", seen->q, arm->psm.njoint);
+    if (arm->psm.has_jaw) om_json_number(json, "jaw", seen->jaw);
     if (seen->has_wrench) om_json_numbers(json, "force", force, 3);
     om_json_close(json, '}');
 }

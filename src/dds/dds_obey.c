@@ -41,6 +41,7 @@ static OmStatus refuse(OmDdsRobot* r, Hand* hand, int topic) {
 
 // The last message of a topic; all are counted.
 static bool take_last(OmDdsRobot* r, int id, LinkMessage* m) {
+    if (id < 0) return false;  // an instrument without a jaw
     bool is_there = false;
     while (om__link_take(r->link, id, m)) {
         is_there = true;

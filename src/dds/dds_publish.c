@@ -18,6 +18,7 @@ double om__robot_stamp(const OmDdsRobot* r) { return r->stamp_origin + r->obs.ti
 
 // Only where somebody listens, or the recording does.
 static OmStatus send(OmDdsRobot* r, int id, const LinkMessage* m) {
+    if (id < 0) return OM_OK;  // an instrument without a jaw
     return om__link_is_wanted(r->link, id) ? om__link_write(r->link, id, m) : OM_OK;
 }
 
@@ -90,9 +91,10 @@ static OmStatus send_joints(OmDdsRobot* r, Hand* hand, const OmArmObservation* o
         speed[i] = (o->q[i] - hand->last_q[i]) / dt;
     memcpy(hand->last_q, o->q, sizeof hand->last_q);
     hand->has_last = true;
-    LinkMessage m = joints_message(r, OM_PSM_NJOINT, o->q, speed);
+    const int n = hand->core.psm.njoint;
+    LinkMessage m = joints_message(r, n, o->q, speed);
     OM_TRY(send(r, hand->measured_js, &m));
-    m = joints_message(r, OM_PSM_NJOINT, hand->core.q, NULL);
+    m = joints_message(r, n, hand->core.q, NULL);
     OM_TRY(send(r, hand->setpoint_js, &m));
     m = joints_message(r, 1, &o->jaw, &o->jaw_speed);
     OM_TRY(send(r, hand->jaw_measured, &m));
@@ -159,7 +161,7 @@ OmStatus om__robot_publish_static(OmDdsRobot* r) {
     OM_TRY(om__link_write(r->link, r->tf_static, &m));
     for (int a = 0; a < r->narm; ++a) {
         OM_TRY(om__robot_state(r, &r->hand[a]));
-        OM_TRY(om__robot_words(r, r->hand[a].tool_type, "PROGRASP_FORCEPS:400093"));
+        OM_TRY(om__robot_words(r, r->hand[a].tool_type, r->def.tool_type));
     }
     return om__robot_state(r, &r->ecm);
 }

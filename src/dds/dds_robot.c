@@ -26,6 +26,7 @@ OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* scene, con
                            .scene = scene,
                            .site = site,
                            .rate = 100,
+                           .tool_type = "PROGRASP_FORCEPS:400093",
                            .picture_rate = 30};
 }
 
@@ -82,6 +83,8 @@ static OmStatus add_topics(OmDdsRobot* r, Hand* hand) {
     for (size_t k = 0; k < sizeof hand_topic / sizeof *hand_topic; ++k) {
         const Topic* t = &hand_topic[k];
         int* id = (int*)(void*)((char*)hand + t->offset);
+        *id = -1;
+        if (!hand->core.psm.has_jaw && strncmp(t->name, "jaw/", 4) == 0) continue;
         LinkType type = t->type;
         const bool is_words = id == &hand->error || id == &hand->warning || id == &hand->status;
         if (is_words && r->def.has_stamped_strings) type = LINK_STAMPED;
@@ -332,6 +335,7 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "OmDdsRobotDef was not made by default_def");
     OM_CHECK(def->world && def->scene && def->site, OM_INVALID,
              "OmDdsRobotDef: world, scene or site is null");
+    OM_CHECK(def->tool_type && def->tool_type[0], OM_INVALID, "OmDdsRobotDef.tool_type is empty");
     OM_CHECK(def->eyes != def->world, OM_INVALID,
              "OmDdsRobotDef.eyes is its world: pictures are taken while the tissue steps");
     OM_CHECK(def->record || !def->has_record_pictures, OM_INVALID,
@@ -349,7 +353,7 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
 
 // The robot knows its base where its measurements put it: off by the error of its calibration.
 static OmStatus begin_hand(OmDdsRobot* r, int a) {
-    OmPsm psm = om_world_place_psm(r->def.site, a);
+    OmPsm psm = *om_world_psm(r->def.world, a);
     OmPose tip;
     OM_CHECK(om_world_setpoint(r->def.world, a, &tip), OM_INVALID,
              "OmDdsRobotDef.world is not simulated");
@@ -358,7 +362,7 @@ static OmStatus begin_hand(OmDdsRobot* r, int a) {
     const double zero[OM_PSM_NJOINT] = {0};
     double q[OM_PSM_NJOINT];
     snprintf(r->hand[a].name, sizeof r->hand[a].name, "PSM%d", a + 1);
-    OM_TRY(om_psm_inverse(&psm, tip, zero, q));
+    OM_TRY(om_psm_inverse_nearest(&psm, tip, zero, q, &tip));
     om__arm_init(&r->hand[a].core, &psm, tip, q, r->obs.arm[a].jaw_goal);
     return OM_OK;
 }

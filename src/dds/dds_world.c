@@ -255,6 +255,9 @@ static OmStatus take_tool(DdsWorld* w, int a) {
     l->psm = om_psm_default(is_needle ? OM_LARGE_NEEDLE_DRIVER : OM_PROGRASP, base);
     if (w->def.instrument_file) OM_TRY(om_psm_load_instrument(w->def.instrument_file, &l->psm));
     if (w->def.arm_file) OM_TRY(om_psm_load_arm(w->def.arm_file, &l->psm));
+    OM_CHECK(l->psm.njoint == OM_PSM_NJOINT && l->psm.has_jaw, OM_UNAVAILABLE,
+             "%s: an instrument of %d joints %s jaw: this loop needs six joints and a jaw",
+             w->def.instrument_file, l->psm.njoint, l->psm.has_jaw ? "with a" : "without a");
     w->head.psm[a] = &l->psm;
     return OM_OK;
 }

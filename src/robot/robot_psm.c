@@ -7,13 +7,9 @@
 // remaining rotation gives roll and wrist.
 #include <string.h>
 
-#include "omentum/robot.h"
+#include "robot/robot_internal.h"
 
 #define DEG (OM_PI / 180.0)
-
-typedef struct Link {
-    double alpha, a, theta, d;
-} Link;
 
 OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm) {
     OmPsm psm = {.pose_world_rcm = pose_world_rcm,
@@ -23,7 +19,10 @@ OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm) {
                  .q_min = {-1.588, -0.925025, 0.0, -4.53786, -1.39626, -1.39626},
                  .q_max = {1.588, 0.925025, 0.240, 4.53786, 1.39626, 1.39626},
                  .jaw_min = instrument == OM_LARGE_NEEDLE_DRIVER ? -0.698132 : -0.349066,
-                 .jaw_max = 1.39626};
+                 .jaw_max = 1.39626,
+                 .njoint = OM_PSM_NJOINT,
+                 .has_jaw = true,
+                 .pose_last_tip = om_pose_identity()};
     return psm;
 }
 
@@ -33,7 +32,7 @@ const char* om_psm_joint_name(int joint) {
     return joint >= 0 && joint < OM_PSM_NJOINT ? name[joint] : "";
 }
 
-static OmPose link_pose(Link l) {
+static OmPose link_pose(OmPsmRow l) {
     OmQuat rx = om_quat_axis_angle(om_vec3(1, 0, 0), l.alpha);
     OmQuat rz = om_quat_axis_angle(om_vec3(0, 0, 1), l.theta);
     OmVec3 p = om_add(om_vec3(l.a, 0, 0), om_quat_rotate(rx, om_vec3(0, 0, l.d)));
@@ -41,14 +40,24 @@ static OmPose link_pose(Link l) {
     return pose;
 }
 
-static void make_links(const OmPsm* psm, const double q[6], Link link[6]) {
+OmPose om__psm_row_pose(OmPsmRow row, double q) {
+    row.theta += q;
+    return link_pose(row);
+}
+
+static void make_links(const OmPsm* psm, const double q[6], OmPsmRow link[6]) {
     const double h = OM_PI / 2;
-    link[0] = (Link){h, 0, q[0] + h, 0};
-    link[1] = (Link){-h, 0, q[1] - h, 0};
-    link[2] = (Link){h, 0, 0, psm->insertion + q[2]};
-    link[3] = (Link){0, 0, q[3], psm->shaft};
-    link[4] = (Link){-h, 0, q[4] - h, 0};
-    link[5] = (Link){-h, psm->wrist, q[5] - h, 0};
+    link[0] = (OmPsmRow){h, 0, q[0] + h, 0};
+    link[1] = (OmPsmRow){-h, 0, q[1] - h, 0};
+    link[2] = (OmPsmRow){h, 0, 0, psm->insertion + q[2]};
+    for (int k = 3; psm->has_rows && k < psm->njoint; ++k) {
+        link[k] = psm->row[k - 3];
+        link[k].theta += q[k];
+    }
+    if (psm->has_rows) return;
+    link[3] = (OmPsmRow){0, 0, q[3], psm->shaft};
+    link[4] = (OmPsmRow){-h, 0, q[4] - h, 0};
+    link[5] = (OmPsmRow){-h, psm->wrist, q[5] - h, 0};
 }
 
 // The instrument's last rotation: rows (0 -1 0), (0 0 1), (-1 0 0).
@@ -56,12 +65,12 @@ static OmMat3 tip_rotation(void) {
     return om_mat3_cols(om_vec3(0, 0, -1), om_vec3(-1, 0, 0), om_vec3(0, 1, 0));
 }
 
-// Frames 1 to 6 in the world.
+// Frames 1 to njoint in the world.
 static void chain(const OmPsm* psm, const double q[6], OmPose frame[6]) {
-    Link link[6];
+    OmPsmRow link[6];
     make_links(psm, q, link);
     OmPose at = psm->pose_world_rcm;
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < psm->njoint; ++i) {
         at = om_pose_mul(at, link_pose(link[i]));
         frame[i] = at;
     }
@@ -71,7 +80,8 @@ OmPose om_psm_forward(const OmPsm* psm, const double q[6]) {
     OmPose frame[6];
     chain(psm, q, frame);
     OmPose tip = {{0, 0, 0}, om_quat_from_mat3(tip_rotation())};
-    OmPose pose = om_pose_mul(frame[5], tip);
+    if (psm->has_rows) tip = psm->pose_last_tip;
+    OmPose pose = om_pose_mul(frame[psm->njoint - 1], tip);
     pose.q = om_quat_normalize(pose.q);
     return pose;
 }
@@ -79,8 +89,10 @@ OmPose om_psm_forward(const OmPsm* psm, const double q[6]) {
 void om_psm_jacobian(const OmPsm* psm, const double q[6], double jacobian[36]) {
     OmPose frame[6];
     chain(psm, q, frame);
-    OmVec3 tip = frame[5].p;
-    for (int i = 0; i < 6; ++i) {
+    const OmPose last = frame[psm->njoint - 1];
+    OmVec3 tip = psm->has_rows ? om_pose_apply(last, psm->pose_last_tip.p) : last.p;
+    memset(jacobian, 0, 36 * sizeof *jacobian);
+    for (int i = 0; i < psm->njoint; ++i) {
         OmVec3 z = om_quat_rotate(frame[i].q, om_vec3(0, 0, 1));
         bool is_prismatic = i == 2;
         OmVec3 v = is_prismatic ? z : om_cross(z, om_sub(tip, frame[i].p));
@@ -105,7 +117,7 @@ void om_psm_joint_torque(const OmPsm* psm, const double q[6], OmVec3 force, OmVe
 
 static double wrap(double angle) { return remainder(angle, 2 * OM_PI); }
 
-static OmStatus check_limits(const OmPsm* psm, OmVec3 tip_world, const double q[6]) {
+OmStatus om__psm_check_limits(const OmPsm* psm, OmVec3 tip_world, const double q[6]) {
     const double slack = 1e-9;  // rounding of the closed form
     for (int i = 0; i < 6; ++i) {
         if (q[i] >= psm->q_min[i] - slack && q[i] <= psm->q_max[i] + slack) continue;
@@ -124,6 +136,7 @@ static OmStatus check_limits(const OmPsm* psm, OmVec3 tip_world, const double q[
 
 OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_near[6],
                         double q[6]) {
+    if (psm->has_rows) return om__psm_inverse_rows(psm, pose_world_tip, 0, q_near, q);
     OmPose tip = om_pose_mul(om_pose_inverse(psm->pose_world_rcm), pose_world_tip);
     OmVec3 p = tip.p, p_world = pose_world_tip.p;
     OmMat3 r06 = om_mat3_mul(om_quat_to_mat3(tip.q), om_mat3_transpose(tip_rotation()));
@@ -167,13 +180,23 @@ OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_
     sol[3] += 2 * OM_PI * round((q_near[3] - sol[3]) / (2 * OM_PI));
     if (sol[3] > psm->q_max[3]) sol[3] -= 2 * OM_PI;
     if (sol[3] < psm->q_min[3]) sol[3] += 2 * OM_PI;
-    OM_TRY(check_limits(psm, p_world, sol));
+    OM_TRY(om__psm_check_limits(psm, p_world, sol));
     // A jaw that points back along the shaft: x5 was taken with the wrong sign, the other one bends the wrist further.
     OM_CHECK(om_distance(om_psm_forward(&base, sol).p, p) < 1e-6, OM_INVALID,
              "point (%.1f, %.1f, %.1f) mm: wrist pitch would be more than 90 degrees, its limit is "
              "%.1f",
              1e3 * p_world.x, 1e3 * p_world.y, 1e3 * p_world.z, psm->q_max[4] / DEG);
     memcpy(q, sol, sizeof sol);
+    return OM_OK;
+}
+
+OmStatus om_psm_inverse_nearest(const OmPsm* psm, OmPose pose_world_tip, const double q_near[6],
+                                double q[6], OmPose* reached) {
+    const bool is_free = psm->njoint < OM_PSM_NJOINT;
+    OM_TRY(is_free ? om__psm_inverse_rows(psm, pose_world_tip, OM_PI, q_near, q)
+                   : om_psm_inverse(psm, pose_world_tip, q_near, q));
+    *reached = pose_world_tip;
+    if (is_free) reached->q = om_psm_forward(psm, q).q;
     return OM_OK;
 }
 
@@ -189,6 +212,11 @@ static double change_of(const double q[6], const double q_near[6]) {
 // Turns about 26 axes: the directions to the faces, edges and corners of a cube around the tip.
 OmStatus om_psm_inverse_turned(const OmPsm* psm, OmPose pose_world_tip, double max_turn,
                                const double q_near[6], double q[6], OmPose* turned) {
+    if (psm->njoint < OM_PSM_NJOINT) {
+        OM_TRY(om__psm_inverse_rows(psm, pose_world_tip, max_turn, q_near, q));
+        *turned = (OmPose){pose_world_tip.p, om_psm_forward(psm, q).q};
+        return OM_OK;
+    }
     const OmStatus straight = om_psm_inverse(psm, pose_world_tip, q_near, q);
     if (straight == OM_OK) *turned = pose_world_tip;
     if (straight != OM_INVALID || !(max_turn > 0)) return straight;

@@ -27,15 +27,18 @@ static OmPose true_pose(const OmScene* scene, int index, OmPose measured) {
 OmStatus om__world_arm_move(const OmScene* scene, const OmPsm* psm, int index, OmPose goal,
                             double speed, ArmState* arm) {
     double q[OM_PSM_NJOINT];
-    OmStatus status = om_psm_inverse(psm, true_pose(scene, index, goal), arm->q, q);
+    OmPose reached;
+    OmStatus status =
+        om_psm_inverse_nearest(psm, true_pose(scene, index, goal), arm->q, q, &reached);
     if (status < 0) return om_error_prefix(status, "PSM%d", index + 1);
-    arm->goal = goal;
+    arm->goal = (OmPose){goal.p, reached.q};
     arm->speed = speed;
     arm->is_moving = true;
     return OM_OK;
 }
 
 void om__world_arm_set_jaw(const OmPsm* psm, double angle, ArmState* arm) {
+    if (!psm->has_jaw) return;
     arm->jaw_goal = fmax(psm->jaw_min, fmin(psm->jaw_max, angle));
 }
 
@@ -50,10 +53,10 @@ void om__world_arm_step(const OmScene* scene, const OmPsm* psm, int index, doubl
     bool is_there;
     OmPose next = om_world_straight_step(arm->set, arm->goal, arm->speed, dt, &is_there);
     arm->is_moving = !is_there;
-    const OmPose tip = true_pose(scene, index, next);
+    OmPose tip = true_pose(scene, index, next);
     // The goal is in reach, but a point of the path may be out of reach: the arm then stops.
-    if (om_psm_inverse(psm, tip, arm->q, arm->q) == OM_OK)
-        arm->set = next, arm->tip = tip;
+    if (om_psm_inverse_nearest(psm, tip, arm->q, arm->q, &tip) == OM_OK)
+        arm->set = (OmPose){next.p, tip.q}, arm->tip = tip;
     else
         om__world_arm_stop(arm);
 }

@@ -348,6 +348,21 @@ static OmStatus code_call(Coder* c, int narm, LogCall* call) {
     return call->status < 0 ? OM_OK : code_observation(c, call->what, &call->observation);
 }
 
+// What only some instruments have.
+static OmStatus code_rows(Coder* c, OmPsm* psm) {
+    int has_jaw = psm->has_jaw, has_rows = psm->has_rows;
+    OM_TRY(code_int(c, &psm->njoint, 4, OM_PSM_NJOINT));
+    OM_TRY(code_int(c, &has_jaw, 0, 1));
+    OM_TRY(code_int(c, &has_rows, 0, 1));
+    psm->has_jaw = has_jaw, psm->has_rows = has_rows;
+    for (int k = 0; k < 3; ++k) {
+        double* const number[4] = {&psm->row[k].alpha, &psm->row[k].a, &psm->row[k].theta,
+                                   &psm->row[k].d};
+        for (int i = 0; i < 4; ++i) OM_TRY(code_numbers(c, number[i], 1));
+    }
+    return code_pose(c, &psm->pose_last_tip);
+}
+
 static OmStatus code_head(Coder* c, LogHead* head) {
     uint32_t order = ORDER;
     OM_TRY(code(c, &order, sizeof order));
@@ -356,16 +371,21 @@ static OmStatus code_head(Coder* c, LogHead* head) {
     OM_TRY(code_flags(c, &head->sources));
     for (int a = 0; a < head->narm; ++a) {
         OmPsm* psm = &head->psm[a];
-        // 0: none, 1: an arm and a shaft of the default, 2: with their lengths
+        // 0: none, 1: an arm and a shaft of the default, 2: with their lengths, 3: with rows, or without a jaw
         const OmPsm usual = om_psm_default(OM_PROGRASP, om_pose_identity());
         const bool is_usual = psm->insertion == usual.insertion && psm->shaft == usual.shaft;
-        int form = !head->has_psm[a] ? 0 : is_usual ? 1 : 2;
-        OM_TRY(code_int(c, &form, 0, 2));
+        const bool is_other = psm->has_rows || !psm->has_jaw;
+        int form = !head->has_psm[a] ? 0 : is_other ? 3 : is_usual ? 1 : 2;
+        OM_TRY(code_int(c, &form, 0, 3));
         head->has_psm[a] = form > 0;
         if (form == 0) continue;
+        psm->njoint = form < 3 ? usual.njoint : psm->njoint;
+        psm->has_jaw = form < 3 || psm->has_jaw;
+        if (form < 3) psm->pose_last_tip = usual.pose_last_tip;
+        if (form == 3) OM_TRY(code_rows(c, psm));
         if (form == 1) psm->insertion = usual.insertion, psm->shaft = usual.shaft;
-        if (form == 2) OM_TRY(code_numbers(c, &psm->insertion, 1));
-        if (form == 2) OM_TRY(code_numbers(c, &psm->shaft, 1));
+        if (form >= 2) OM_TRY(code_numbers(c, &psm->insertion, 1));
+        if (form >= 2) OM_TRY(code_numbers(c, &psm->shaft, 1));
         OM_TRY(code_pose(c, &psm->pose_world_rcm));
         OM_TRY(code_numbers(c, &psm->wrist, 1));
         OM_TRY(code_numbers(c, psm->q_min, OM_PSM_NJOINT));

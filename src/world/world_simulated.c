@@ -390,13 +390,38 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     return status;
 }
 
-// ---- arms in another thread -------------------------------------------------------------------------------------
-
 static OmStatus check_simulated(const OmWorld* world) {
     OM_CHECK(world && world->ops == &sim_ops, OM_UNAVAILABLE,
              "the arms of a world that is not simulated cannot move apart from its tissue");
     return OM_OK;
 }
+
+OmStatus om_world_set_tool(OmWorld* world, int arm, const OmPsm* tool) {
+    OM_TRY(check_simulated(world));
+    SimWorld* w = (SimWorld*)world;
+    OM_CHECK(arm >= 0 && arm < world->narm, OM_INVALID, "no arm %d; the world has %d", arm,
+             world->narm);
+    OM_CHECK(w->now.nstep == 0, OM_INVALID, "PSM%d: instruments change before the first step",
+             arm + 1);
+    ArmState* now = &w->now.arm[arm];
+    OmPsm psm = *tool;
+    psm.pose_world_rcm = w->tool[arm].psm.pose_world_rcm;
+    const double zero[OM_PSM_NJOINT] = {0};
+    OmPose tip;
+    const OmStatus status =
+        om_psm_inverse_nearest(&psm, om_world_place_tip(w->site, arm), zero, now->q, &tip);
+    if (status < 0) return om_error_prefix(status, "PSM%d with this instrument", arm + 1);
+    w->tool[arm].psm = psm;
+    now->tip.q = now->set.q = now->goal.q = tip.q;
+    w->follow.grip[arm] = now->tip;
+    now->jaw = now->jaw_goal = psm.has_jaw ? fmin(JAW_START, psm.jaw_max) : JAW_START;
+    om_psm_surface_update(&psm, now->q, now->jaw, &w->tool[arm].surface);
+    w->is_sense_stale = true;
+    sim_save(world, w->start);
+    return OM_OK;
+}
+
+// ---- arms in another thread -------------------------------------------------------------------------------------
 
 OmStatus om_world_create_arms(const OmWorld* world, OmWorld** arms) {
     *arms = NULL;

@@ -54,9 +54,11 @@ static void make_robot(Served* s, OmDdsRobotDef* def, OmVec3 cells) {
     def->say_ctx = s;
 }
 
-static void begin(Served* s) {
+// With an instrument (null: the usual one), which may have no jaw.
+static void begin_with(Served* s, const OmPsm* tool) {
     OmDdsRobotDef def;
     make_robot(s, &def, om_vec3(8, 8, 1));
+    if (tool) assert_ok(om_world_set_tool(s->field, 0, tool));
     def.is_lock_step = true;
     def.udp_port = s->udp_port = 43000 + getpid() % 4000;
     assert_ok(om_dds_robot_create(&def, &s->robot));
@@ -93,9 +95,12 @@ static void begin(Served* s) {
             om__link_add(s->link, topic[k].flags, topic[k].type, topic[k].name, 1, topic[k].id));
     const double end = om_clock_now() + 20;
     for (size_t k = 0; k < sizeof topic / sizeof *topic; ++k)
-        while (om__link_count(s->link, *topic[k].id) == 0 && om_clock_now() < end)
+        while (!(tool && !tool->has_jaw && strstr(topic[k].name, "/jaw/")) &&
+               om__link_count(s->link, *topic[k].id) == 0 && om_clock_now() < end)
             om__link_wait(s->link, 0.01);
 }
+
+static void begin(Served* s) { begin_with(s, NULL); }
 
 static void end(Served* s) {
     om__link_destroy(s->link);
@@ -456,6 +461,79 @@ static void tissue_behind(void** unused) {
     om_site_done(&s.site);
 }
 
+// An instrument that bends once and has no jaw: five joints, no topics of a jaw; it goes to points, with the nearest
+// orientation that it reaches; who orders six joints, or a jaw, is refused.
+static void short_wrist(void** unused) {
+    (void)unused;
+    static const char file[] =
+        "{\"DH\": {\"convention\": \"modified\", \"joints\": [{\"alpha\": 0, \"A\": 0, \"theta\": 0, \"D\": "
+        "0.4162, \"offset\": 0, \"qmin\": -4.5, \"qmax\": 4.5}, {\"alpha\": -1.5708, \"A\": 0, \"theta\": 0, "
+        "\"D\": 0, \"offset\": -1.5708, \"qmin\": -1.3, \"qmax\": 1.3}]}, \"tooltip_offset\": [[0, 0, 1, 0.01], "
+        "[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]}";
+    Served s;
+    LinkMessage m;
+    double q[OM_PSM_NJOINT];
+    OmPsm tool = om_psm_default(OM_PROGRASP, om_pose_identity());
+    assert_ok(om_psm_parse_instrument(file, sizeof file - 1, "short.json", &tool));
+    begin_with(&s, &tool);
+    const OmPsm psm = *om_world_psm(s.field, 0);
+    assert_int_equal(om__link_count(s.link, s.jaw) + om__link_count(s.link, s.jaw_is) +
+                         om__link_count(s.link, s.jaw_to) + om__link_count(s.link, s.jaw_effort),
+                     0);
+    order(&s, "home");
+    step(&s, DT);
+    m = last(&s, s.setpoint_js);
+    assert_true(m.joints.nposition == 5 && m.joints.nname == 5);
+    assert_string_equal(m.joints.name[4], "wrist_pitch");
+    // a goal with an orientation that five joints do not reach
+    const OmPose before = last(&s, s.setpoint_cp).pose;
+    OmPose goal = before;
+    goal.p = om_add(goal.p, om_vec3(0.004, 0.003, -0.005));
+    goal.q = om_quat_mul(goal.q, om_quat_axis_angle(om_vec3(0, 1, 0), 0.2));
+    assert_status(om_psm_inverse(&psm, goal, m.joints.position, q), OM_INVALID);
+    for (int i = 0; i < 12; ++i) {
+        assert_ok(om__link_write(s.link, s.servo_cp, &(LinkMessage){.pose = goal}));
+        step(&s, DT);
+    }
+    const OmPose there = last(&s, s.setpoint_cp).pose;
+    assert_near(om_distance(there.p, goal.p), 0, 1e-9);
+    assert_true(om_quat_angle(there.q, goal.q) < 0.2 && om_quat_angle(there.q, goal.q) > 0.01);
+    m = last(&s, s.setpoint_js);
+    OmPose made = om_psm_forward(&s.robot->hand[0].core.psm, m.joints.position);
+    assert_near(om_distance(made.p, there.p), 0, 1e-9);
+    assert_near(om_quat_angle(made.q, there.q), 0, 1e-6);
+    // the field went there, too
+    OmObservation seen = {0};
+    assert_ok(om_world_observe(s.field, 0, &seen));
+    assert_near(om_distance(seen.arm[0].tip.p, there.p), 0, 1e-3);
+    om_observation_done(&seen);
+    // five joints are a command, six are not
+    memcpy(q, m.joints.position, 5 * sizeof *q);
+    q[4] += 0.1;
+    LinkMessage joints = {.joints = {.nposition = 5}};
+    memcpy(joints.joints.position, q, 5 * sizeof *q);
+    assert_ok(om__link_write(s.link, s.move_jp, &joints));
+    for (int i = 0; i < 20; ++i) step(&s, DT);
+    assert_near(last(&s, s.setpoint_js).joints.position[4], q[4], 1e-9);
+    joints.joints.nposition = 6;
+    assert_ok(om__link_write(s.link, s.move_jp, &joints));
+    step(&s, DT);
+    assert_non_null(strstr(last(&s, s.warning).text, "6 positions; the arm has 5 joints"));
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    char answer[8192];
+    tell(fd, s.udp_port, "{\"arm\": \"PSM1\", \"jaw\": 0.3}");
+    step(&s, DT);
+    const ssize_t n = recv(fd, answer, sizeof answer - 1, 0);
+    assert_true(n > 0);
+    answer[n] = 0;
+    assert_non_null(strstr(answer, "the instrument has no jaw"));
+    close(fd);
+    // not after the first step
+    assert_status(om_world_set_tool(s.field, 0, &tool), OM_INVALID);
+    assert_status(om_world_set_tool(s.field, 2, &tool), OM_INVALID);
+    end(&s);
+}
+
 // A disk that does not answer.
 typedef struct Gate {
     atomic_bool is_open;
@@ -596,6 +674,6 @@ int main(void) {
         cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams),
         cmocka_unit_test(tissue_behind), cmocka_unit_test(whole_system),
         cmocka_unit_test(effort),        cmocka_unit_test(speed),
-        cmocka_unit_test(stopped_disk)};
+        cmocka_unit_test(stopped_disk),  cmocka_unit_test(short_wrist)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -464,6 +464,299 @@ static void instruments_of_another_form_are_refused(void** state) {
     assert_non_null(strstr(om_error_message(), "x.json:4"));
 }
 
+// ---- instruments of four and five joints, and of other rows --------------------------------------------------------
+
+typedef struct Made {  // rows of a file: alpha, A, theta, D, offset
+    int n;
+    double row[3][5];
+    double tip[4][4];
+    bool has_jaw;
+} Made;
+
+// A roll alone, a wrist that bends once beside the shaft, the same with a turned tip, and three joints with angles that
+// no usual wrist has.
+static const Made made[] = {
+    {1, {{0, 0, 0, 0.42, 0}}, {{0, 1, 0, 0}, {-1, 0, 0, 0}, {0, 0, 1, 0.012}, {0, 0, 0, 1}}, false},
+    {2,
+     {{0, 0, 0, 0.4162, 0}, {-1.5708, 0.003, 0, 0.002, -1.5708}},
+     {{0, 0, 1, 0.011}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}},
+     true},
+    {3,
+     {{0, 0, 0, 0.467, 0}, {-1.2, 0.004, 0.1, 0.001, -1.5708}, {-1.5708, 0.0095, 0.2, 0, -1.5708}},
+     {{0, -1, 0, 0.001}, {0, 0, 1, 0.002}, {-1, 0, 0, -0.003}, {0, 0, 0, 1}},
+     true},
+    {3,  // the usual one
+     {{0, 0, 0, 0.4162, 0}, {-1.5708, 0, 0, 0, -1.5708}, {-1.5708, 0.0091, 0, 0, -1.5708}},
+     {{0, -1, 0, 0}, {0, 0, 1, 0}, {-1, 0, 0, 0}, {0, 0, 0, 1}},
+     true},
+};
+enum { NMADE = sizeof made / sizeof *made };
+
+static OmPsm read_made(const Made* m) {
+    char text[2000];
+    int n = snprintf(text, sizeof text, "{\"DH\": {\"convention\": \"modified\", \"joints\": [");
+    for (int k = 0; k < m->n; ++k)
+        n += snprintf(
+            text + n, sizeof text - (size_t)n,
+            "%s{\"type\": \"revolute\", \"mode\": \"active\", \"alpha\": %g, \"A\": %g, \"theta\": %g, "
+            "\"D\": %g, \"offset\": %g, \"qmin\": %g, \"qmax\": %g}",
+            k ? ", " : "", m->row[k][0], m->row[k][1], m->row[k][2], m->row[k][3], m->row[k][4],
+            k ? -1.3 : -4.5, k ? 1.25 : 4.5);
+    n += snprintf(text + n, sizeof text - (size_t)n, "]}, \"tooltip_offset\": [");
+    for (int r = 0; r < 4; ++r)
+        n += snprintf(text + n, sizeof text - (size_t)n, "%s[%g, %g, %g, %g]", r ? ", " : "",
+                      m->tip[r][0], m->tip[r][1], m->tip[r][2], m->tip[r][3]);
+    n += snprintf(text + n, sizeof text - (size_t)n, "]%s}",
+                  m->has_jaw ? ", \"jaw\": {\"qmin\": -0.1, \"qmax\": 1}" : "");
+    OmPsm psm = om_psm_default(
+        OM_PROGRASP, (OmPose){{0.02, -0.1, 0.11}, om_quat_axis_angle(om_vec3(-1, 0.3, 2), 1.1)});
+    assert_ok(om_psm_parse_instrument(text, (size_t)n, "made.json", &psm));
+    assert_int_equal(psm.njoint, 3 + m->n);
+    assert_int_equal(psm.has_jaw, m->has_jaw);
+    return psm;
+}
+
+static void multiply(double a[4][4], double b[4][4]) {
+    double c[4][4] = {{0}};
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            for (int k = 0; k < 4; ++k) c[i][j] += a[i][k] * b[k][j];
+    memcpy(a, c, sizeof c);
+}
+
+// A row of the modified table as one matrix (Craig, eq. 3.6). Files write -1.5708 for a right angle.
+static void multiply_row(double a[4][4], double alpha, double length, double theta, double d) {
+    const double right = OM_PI / 2;
+    if (fabs(fabs(alpha) - right) < 1e-4) alpha = copysign(right, alpha);
+    const double st = sin(theta), ct = cos(theta), sa = sin(alpha), ca = cos(alpha);
+    double m[4][4] = {{ct, -st, 0, length},
+                      {st * ca, ct * ca, -sa, -sa * d},
+                      {st * sa, ct * sa, ca, ca * d},
+                      {0, 0, 0, 1}};
+    multiply(a, m);
+}
+
+// The product of the matrices of a whole arm, in its base.
+static void product(const Made* m, const double q[6], double a[4][4]) {
+    const double h = OM_PI / 2;
+    memset(a, 0, 16 * sizeof(double));
+    for (int i = 0; i < 4; ++i) a[i][i] = 1;
+    multiply_row(a, h, 0, q[0] + h, 0);
+    multiply_row(a, -h, 0, q[1] - h, 0);
+    multiply_row(a, h, 0, 0, q[2] - 0.4318);
+    for (int k = 0; k < m->n; ++k) {
+        const double* r = m->row[k];
+        const double zero = fabs(r[2] + r[4] + h) < 1e-4 ? -h : r[2] + r[4];
+        multiply_row(a, r[0], r[1], zero + q[3 + k], r[3]);
+    }
+    double tip[4][4];
+    memcpy(tip, m->tip, sizeof tip);
+    multiply(a, tip);
+}
+
+// A row in the wrong order, an offset that is not added, or a tip without its place would be noticed.
+static void rows_are_the_products_of_their_matrices(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(11, 0);
+    for (int i = 0; i < NMADE; ++i) {
+        const OmPsm psm = read_made(&made[i]);
+        assert_int_equal(psm.has_rows, i < 3);
+        for (int n = 0; n < 200; ++n) {
+            double q[6] = {0}, a[4][4];
+            for (int k = 0; k < psm.njoint; ++k)
+                q[k] = om_rng_range(&rng, psm.q_min[k], psm.q_max[k]);
+            product(&made[i], q, a);
+            const OmPose tip =
+                om_pose_mul(om_pose_inverse(psm.pose_world_rcm), om_psm_forward(&psm, q));
+            const OmMat3 r = om_quat_to_mat3(tip.q);
+            const OmVec3 column[3] = {r.cx, r.cy, r.cz};
+            for (int c = 0; c < 3; ++c)
+                assert_near(om_distance(column[c], om_vec3(a[0][c], a[1][c], a[2][c])), 0, 1e-13);
+            assert_near(om_distance(tip.p, om_vec3(a[0][3], a[1][3], a[2][3])), 0, 1e-13);
+        }
+    }
+}
+
+static void rows_have_their_jacobian(void** state) {
+    (void)state;
+    for (int i = 0; i < NMADE; ++i) {
+        const OmPsm psm = read_made(&made[i]);
+        double j[36], h = 1e-6, q[6] = {0.3, -0.2, 0.12, 0.5, -0.4, 0.6};
+        for (int k = psm.njoint; k < 6; ++k) q[k] = 0;
+        om_psm_jacobian(&psm, q, j);
+        for (int k = 0; k < 6; ++k) {
+            double lo[6], hi[6];
+            memcpy(lo, q, sizeof lo);
+            memcpy(hi, q, sizeof hi);
+            lo[k] -= h, hi[k] += h;
+            const OmPose a = om_psm_forward(&psm, lo), b = om_psm_forward(&psm, hi);
+            const OmVec3 v = om_scale(0.5 / h, om_sub(b.p, a.p));
+            OmQuat d = om_quat_mul(b.q, om_quat_conj(a.q));
+            const double s = d.w < 0 ? -1 / h : 1 / h;
+            const double fd[6] = {v.x, v.y, v.z, s * d.x, s * d.y, s * d.z};
+            for (int r = 0; r < 6; ++r) assert_near(j[6 * r + k], fd[r], 1e-8);
+        }
+    }
+}
+
+// Inverse of forward, from joints near by and from zero. Of several solutions any may come: its tip is the wanted one.
+static void rows_are_inverted(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(13, 0);
+    for (int i = 0; i < NMADE; ++i) {
+        const OmPsm psm = read_made(&made[i]);
+        for (int n = 0; n < 40; ++n) {
+            double q[6] = {0}, near[6] = {0}, back[6];
+            for (int k = 0; k < psm.njoint; ++k) {
+                const double way = psm.q_max[k] - psm.q_min[k];
+                q[k] = om_rng_range(&rng, psm.q_min[k] + 0.02 * way, psm.q_max[k] - 0.02 * way);
+                near[k] = q[k] + 0.01 * way * om_rng_range(&rng, -1, 1);
+            }
+            q[2] = om_rng_range(&rng, 0.05, 0.23);
+            const OmPose tip = om_psm_forward(&psm, q);
+            assert_ok(om_psm_inverse(&psm, tip, near, back));
+            for (int k = 0; k < 6; ++k) assert_near(back[k], q[k], 1e-6);
+            assert_ok(om_psm_inverse(&psm, tip, q_zero, back));
+            const OmPose found = om_psm_forward(&psm, back);
+            assert_near(om_distance(found.p, tip.p), 0, 1e-12);
+            assert_near(om_quat_angle(found.q, tip.q), 0, 2e-7);
+        }
+    }
+}
+
+// Least squares and the closed form of the usual wrist find the same joints, and refuse the same limits.
+static void rows_agree_with_the_closed_form(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(17, 0);
+    const OmPsm usual = read_made(&made[3]);
+    OmPsm rows = usual;
+    const double h = OM_PI / 2;
+    rows.has_rows = true;
+    for (int k = 0; k < 3; ++k)
+        rows.row[k] = (OmPsmRow){k ? -h : 0, made[3].row[k][1], k ? -h : 0, made[3].row[k][3]};
+    rows.pose_last_tip.q =
+        om_quat_from_mat3(om_mat3_cols(om_vec3(0, 0, -1), om_vec3(-1, 0, 0), om_vec3(0, 1, 0)));
+    for (int n = 0; n < 90; ++n) {
+        double q[6], a[6], b[6];
+        for (int k = 0; k < 6; ++k) q[k] = om_rng_range(&rng, usual.q_min[k], usual.q_max[k]);
+        q[2] = om_rng_range(&rng, 0.05, 0.23);
+        if (n % 3 == 0) q[4] = 1.4;  // beyond its limit
+        const OmPose tip = om_psm_forward(&usual, q);
+        const OmStatus status = om_psm_inverse(&usual, tip, q_zero, a);
+        assert_status(om_psm_inverse(&rows, tip, q_zero, b), status);
+        for (int k = 0; status == OM_OK && k < 6; ++k) assert_near(b[k], a[k], 1e-6);
+    }
+}
+
+// With fewer joints the strict inverse says how far the orientation is off, and the nearest one is as near as the best
+// of a fine grid, at the same point.
+static void what_a_short_wrist_does_not_reach_is_named(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(19, 0);
+    for (int i = 0; i < 2; ++i) {
+        OmPsm psm = read_made(&made[i]);
+        psm.pose_world_rcm = om_pose_identity();
+        for (int n = 0; n < 4; ++n) {
+            const double roll = om_rng_range(&rng, -3, 3),
+                         bend = i ? om_rng_range(&rng, -0.8, 0.8) : 0;
+            const double from[6] = {om_rng_range(&rng, -0.6, 0.6), om_rng_range(&rng, -0.5, 0.5),
+                                    0.15, roll, bend};
+            OmPose wanted = om_psm_forward(&psm, from), reached;
+            const OmVec3 axis = om_vec3(om_rng_range(&rng, -1, 1), om_rng_range(&rng, -1, 1),
+                                        om_rng_range(&rng, -1, 1));
+            wanted.q = om_quat_mul(wanted.q, om_quat_axis_angle(om_normalize(axis), 0.3));
+            double q[6] = {7}, none[6] = {7};
+            char words[80];
+            assert_ok(om_psm_inverse_nearest(&psm, wanted, from, q, &reached));
+            const double off = om_quat_angle(reached.q, wanted.q);
+            assert_near(om_distance(om_psm_forward(&psm, q).p, wanted.p), 0, 1e-12);
+            assert_near(om_quat_angle(om_psm_forward(&psm, q).q, reached.q), 0, 1e-7);
+            // the grid: joints of roll and wrist; the tip is put to the point by yaw, pitch and insertion
+            double least = 10;
+            for (int a = 0; a <= 120; ++a)
+                for (int b = 0; b <= (i ? 40 : 0); ++b) {
+                    double t[6] = {
+                        q[0], q[1], q[2], roll - 0.9 + 0.015 * a, i ? -1.3 + 0.06375 * b : 0, 0};
+                    for (int k = 0; k < 6; ++k) {  // Newton's method in the position
+                        double j[36];
+                        om_psm_jacobian(&psm, t, j);
+                        const OmVec3 e = om_sub(wanted.p, om_psm_forward(&psm, t).p);
+                        const OmMat3 m =
+                            om_mat3_cols(om_vec3(j[0], j[6], j[12]), om_vec3(j[1], j[7], j[13]),
+                                         om_vec3(j[2], j[8], j[14]));
+                        const double det = om_mat3_det(m);
+                        t[0] += om_dot(e, om_cross(m.cy, m.cz)) / det;
+                        t[1] += om_dot(m.cx, om_cross(e, m.cz)) / det;
+                        t[2] += om_dot(m.cx, om_cross(m.cy, e)) / det;
+                        if (om_norm(e) < 1e-9) break;
+                    }
+                    least = fmin(least, om_quat_angle(om_psm_forward(&psm, t).q, wanted.q));
+                }
+            assert_below(off, least + 1e-9);
+            assert_below(least - off, i ? 8e-3 : 1e-3);  // the step of the grid
+            if (off < 1e-3) continue;
+            assert_status(om_psm_inverse(&psm, wanted, from, none), OM_INVALID);
+            snprintf(words, sizeof words, "the arm has %d joints with this instrument", 4 + i);
+            assert_non_null(strstr(om_error_message(), words));
+            snprintf(words, sizeof words, "the nearest one %.2f degrees off", off * 180 / OM_PI);
+            assert_non_null(strstr(om_error_message(), words));
+            assert_near(none[0], 7, 0);
+            assert_ok(om_psm_inverse_turned(&psm, wanted, off + 1e-6, from, none, &reached));
+            assert_status(om_psm_inverse_turned(&psm, wanted, off - 1e-6, from, q, &reached),
+                          OM_INVALID);
+        }
+    }
+}
+
+static void rows_that_are_refused(void** state) {
+    (void)state;
+    static const struct {
+        const char *text, *words;
+        OmStatus status;
+    } bad[] = {
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": []}}", "has 0 joints",
+         OM_UNAVAILABLE},
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": [1, 2, 3, 4]}}", "has 4 joints",
+         OM_UNAVAILABLE},
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": [{\"alpha\": 0, \"A\": 0, \"theta\": 0, \"D\": 0.4, "
+         "\"offset\": 0, \"qmin\": -1, \"qmax\": 1}]}}",
+         "no \"tooltip_offset\"", OM_INVALID},
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": [{\"alpha\": 0, \"A\": 0, \"theta\": 0, \"D\": 0.4, "
+         "\"offset\": 0, \"qmin\": -1, \"qmax\": 1}]}, \"tooltip_offset\": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, "
+         "-1, 0], [0, 0, 0, 1]]}",
+         "has no rotation", OM_INVALID},
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": [{\"alpha\": 0.1, \"A\": 0, \"theta\": 0, \"D\": 0.4, "
+         "\"offset\": 0, \"qmin\": -1, \"qmax\": 1}]}}",
+         "only a roll about the shaft", OM_UNAVAILABLE},
+        {"{\"DH\": {\"convention\": \"modified\", \"joints\": [{\"type\": \"prismatic\", \"alpha\": 0, \"A\": 0, "
+         "\"theta\": 0, \"D\": 0.4, \"offset\": 0, \"qmin\": -1, \"qmax\": 1}]}}",
+         "roll is prismatic", OM_UNAVAILABLE},
+    };
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; ++k) {
+        OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity()), before = psm;
+        assert_status(om_psm_parse_instrument(bad[k].text, strlen(bad[k].text), "x.json", &psm),
+                      bad[k].status);
+        if (!strstr(om_error_message(), bad[k].words))
+            fail_msg("\"%s\" lacks \"%s\"", om_error_message(), bad[k].words);
+        assert_memory_equal(&psm, &before, sizeof psm);
+    }
+}
+
+// An arm that had a short wrist has the usual one again, and what is drawn is finite.
+static void a_usual_instrument_after_rows(void** state) {
+    (void)state;
+    OmSurface surface = {0};
+    OmPsm psm = read_made(&made[0]);
+    assert_ok(om_psm_surface(&psm, (double[6]){0, 0, 0.1}, 0, &surface));
+    for (int i = 0; i < 3 * surface.nvert; ++i) assert_true(isfinite(surface.x[i]));
+    om_surface_done(&surface);
+    const OmPose base = psm.pose_world_rcm;
+    assert_ok(om_psm_load_instrument(test_data("dvrk/PROGRASP_FORCEPS_400093.json"), &psm));
+    const OmPsm usual = om_psm_default(OM_PROGRASP, base);
+    assert_true(psm.njoint == 6 && psm.has_jaw && !psm.has_rows && psm.wrist == usual.wrist);
+    assert_near(om_distance(om_psm_forward(&psm, q_a).p, om_psm_forward(&usual, q_a).p), 0, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forward_matches_published_values),
@@ -478,6 +771,13 @@ int main(void) {
         cmocka_unit_test(capsules_enclose_the_drawn_tool),
         cmocka_unit_test(the_drawing_follows_the_joints),
         cmocka_unit_test(instruments_are_read_from_files),
+        cmocka_unit_test(rows_are_the_products_of_their_matrices),
+        cmocka_unit_test(rows_have_their_jacobian),
+        cmocka_unit_test(rows_are_inverted),
+        cmocka_unit_test(rows_agree_with_the_closed_form),
+        cmocka_unit_test(what_a_short_wrist_does_not_reach_is_named),
+        cmocka_unit_test(rows_that_are_refused),
+        cmocka_unit_test(a_usual_instrument_after_rows),
         cmocka_unit_test(a_longer_arm),
         cmocka_unit_test(a_made_instrument_is_read),
         cmocka_unit_test(instruments_of_another_form_are_refused),

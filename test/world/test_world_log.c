@@ -198,6 +198,29 @@ static void test_a_replay_gives_the_same_answers(void** state) {
     assert_near(info.time, NTICK * STEP, 1e-12);
 }
 
+// A number of the instrument that the log leaves out would be noticed.
+static void test_an_instrument_of_rows_is_kept(void** state) {
+    (void)state;
+    PictureWorld w;
+    OmWorld* world;
+    remove(log_path());
+    picture_world_init(&w);
+    w.psm.njoint = 5;
+    w.psm.has_jaw = false;
+    w.psm.jaw_min = w.psm.jaw_max = 0;
+    w.psm.has_rows = true;
+    for (int k = 0; k < 3; ++k) w.psm.row[k] = (OmPsmRow){0.1 + k, 0.2 + k, 0.3 + k, 0.4 + k};
+    w.psm.pose_last_tip = (OmPose){om_vec3(1, 2, 3), om_quat_axis_angle(om_vec3(0, 0, 1), 1)};
+    assert_ok(om_world_create_recorded(&w.plain.head, log_path(), &world));
+    OmObservation obs = {0};
+    assert_ok(om_world_observe(world, 0, &obs));
+    om_observation_done(&obs);
+    om_world_destroy(world);
+    assert_ok(om_world_create_replayed(log_path(), &world));
+    assert_memory_equal(om_world_psm(world, 1), &w.psm, sizeof w.psm);
+    om_world_destroy(world);
+}
+
 static void test_depth_is_rounded_before_it_is_used(void** state) {
     (void)state;
     PictureWorld w;
@@ -457,6 +480,7 @@ static int finish(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_replay_gives_the_same_answers),
+        cmocka_unit_test(test_an_instrument_of_rows_is_kept),
         cmocka_unit_test(test_depth_is_rounded_before_it_is_used),
         cmocka_unit_test(test_another_call_is_named),
         cmocka_unit_test(test_a_damaged_log_is_never_whole),
