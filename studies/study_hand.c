@@ -83,4 +83,12 @@ double om__hand_share_facing(const OmSurface* surface, const int* vert, const do
     return facing / all;  // > 0: tissue has an area
 }
 
+OmStatus om__hand_surface(const OmSurface* surface, const int* vert, const double* x,
+                          OmSurface* out) {
+    OM_TRY(om_surface_init(out, surface->nvert, surface->ntri));
+    memcpy(out->tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof *out->tri_vert);
+    for (int i = 0; i < surface->nvert; ++i) om_store3(out->x, i, om_load3(x, vert[i]));
+    return OM_OK;
+}
+
 double om__processor_ms(clock_t begin) { return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC; }

@@ -42,6 +42,9 @@ OmStatus om__hand_scan(const OmObservation* obs, const OmSite* twin, const OmPsm
 // Share of a surface's area that faces `eye`: an upper bound of the visible share. Vertex i is at x[vert[i]].
 double om__hand_share_facing(const OmSurface* surface, const int* vert, const double* x,
                              OmVec3 eye);
+// A surface with vertex i at x[vert[i]]; om_surface_done frees.
+OmStatus om__hand_surface(const OmSurface* surface, const int* vert, const double* x,
+                          OmSurface* out);
 // Processor time of the program since `begin`, ms.
 double om__processor_ms(clock_t begin);
 

@@ -86,11 +86,6 @@ OmStatus om__kidney_truth_look(KidneyTruth* truth, int grasp, KidneyMoment momen
 // The depth camera's colour picture of a moment, as a PNG file.
 OmStatus om__kidney_truth_save_picture(KidneyTruth* truth, int grasp, KidneyMoment moment,
                                        const char* path);
-// The material point, in the rest shape, of each point of the last look's scan: the nearest point of the shown surface
-// among the triangles that face the camera, without the error of calibration.  (npoint x 3)
-OmStatus om__kidney_truth_find_material(const KidneyTruth* truth, const OmScan* scan, double* rest);
-// Positions at the shown moment of n points of the rest shape.
-OmStatus om__kidney_truth_carry(const KidneyTruth* truth, int n, const double* rest, double* x);
 
 // ---- estimates ----------------------------------------------------------------------------------------
 

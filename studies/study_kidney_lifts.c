@@ -50,15 +50,15 @@ typedef struct Operation {  // a state of the tissue, and the robot's side of it
     const OmMeshSet* under;
     unsigned char* is_true;   // attached in truth     (nvert)
     unsigned char* attached;  // by a guess            (nvert)
+    double* is_under;         // 1 in the underside, else 0     (nvert)
     double* spring;           // of candidates of `mover`
     int* held;                // scratch: grasped      (nvert)
     double* x;                // the twin, m           (nvert x 3)
     double* x_true;           // the truth at the twin's vertices
     // OmMatchView.mesh: the twin's, with a vertex for each node of its quadratic elements, the nvert of these arrays
     const OmTetMesh* node;
-    OmFemMesh mesh;  // the eight tetrahedra of each element
-    int* elem;       // places of the scan's points in them   (npoint)
-    double* weight;  //                                   (npoint x 4)
+    OmFemMesh mesh;      // the eight tetrahedra of each element
+    StudyPlaces places;  // of the scan's points in them
     OmAcquisition acquisition;
     int nkept;
     OmAcquisition kept[KIDNEY_NGRASP];    // the last view of each earlier grasp
@@ -92,11 +92,11 @@ static void operation_done(Operation* o) {
     om_free(o->held);
     om_free(o->attached);
     om_free(o->spring);
+    om_free(o->is_under);
     om_free(o->x);
     om_free(o->x_true);
     om_fem_mesh_done(&o->mesh);
-    om_free(o->elem);
-    om_free(o->weight);
+    om__places_done(&o->places);
     memset(o, 0, sizeof *o);
 }
 
@@ -143,6 +143,7 @@ static OmStatus operation_open(Kidney* s, int state, Operation* o) {
     OM_CALLOC_DONE(o->attached, n);
     OM_CALLOC_DONE(o->held, n);
     OM_CALLOC_DONE(o->spring, n);
+    OM_CALLOC_DONE(o->is_under, n);
     OM_CALLOC_DONE(o->x, 3 * n);
     OM_CALLOC_DONE(o->x_true, 3 * n);
     for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
@@ -152,6 +153,7 @@ static OmStatus operation_open(Kidney* s, int state, Operation* o) {
     }
     for (int k = 0; k < o->under->nvert; ++k) {
         int v = o->under->vert[k];
+        o->is_under[v] = 1;
         o->is_true[v] = om__kidney_is_attached(state, om_pose_apply(task, om_load3(mesh->x, v)));
     }
 done:
@@ -196,59 +198,34 @@ static OmStatus move_free(Operation* o, bool* is_loose) {
     return status;
 }
 
-// Elements of the twin, and weights of their vertices, at the material points of the scan.
+// Places of the scan's points in the twin.
 static OmStatus find_places(Operation* o) {
-    int n = o->acquisition.scan.npoint;
-    double* rest = NULL;
-    om_free(o->elem);
-    om_free(o->weight);
-    o->elem = NULL;
-    o->weight = NULL;
-    OmStatus status;
-    OM_CHECK_DONE(n > 0, OM_INVALID, "kidney: the camera sees no tissue");
-    OM_ALLOC_DONE(rest, 3 * (size_t)n);
-    OM_ALLOC_DONE(o->elem, (size_t)n);
-    OM_ALLOC_DONE(o->weight, 4 * (size_t)n);
-    OM_TRY_DONE(om__kidney_truth_find_material(&o->truth, &o->acquisition.scan, rest));
-    status = om_fem_mesh_embed(&o->mesh, n, rest, o->elem, o->weight);
-done:
+    const KidneyTruth* t = &o->truth;
+    const OmScan* scan = &o->acquisition.scan;
+    double* rest;
+    OM_CHECK(scan->npoint > 0, OM_INVALID, "kidney: the camera sees no tissue");
+    om__places_done(&o->places);
+    OM_ALLOC(rest, 3 * (size_t)scan->npoint);
+    OmStatus status = om__match_find_scanned(&t->surface, t->vert, t->mesh.x, scan, t->shift, rest);
+    if (status >= 0) status = om__places_find(&o->mesh, scan->npoint, rest, &o->places);
     om_free(rest);
     return status;
 }
 
-// Mean distance of the scan's points from the twin at x, m.
-static double measure_scan(const Operation* o, const double* x) {
-    const OmScan* scan = &o->acquisition.scan;
-    double sum = 0;
-    for (int i = 0; i < scan->npoint; ++i) {
-        OmVec3 q = om_vec3(0, 0, 0);
-        for (int k = 0; k < 4; ++k)
-            q = om_madd(q, o->weight[4 * i + k],
-                        om_load3(x, o->mesh.elem_node[4 * (size_t)o->elem[i] + (size_t)k]));
-        sum += om_distance(q, om_load3(scan->x, i));
-    }
-    return sum / scan->npoint;  // find_places refuses an empty scan
+// Mean distance of the scan's points from the twin, m.
+static double measure_scan(const Operation* o) {
+    return om__places_distance(&o->places, o->x, o->acquisition.scan.x);
 }
 
 // Score the set o->attached, and the twin that has it. Nothing attached: the free twin.
 static OmStatus score(Operation* o, KidneyGuess* g) {
-    int nvert = o->node->nvert, nattached = 0;
-    for (int v = 0; v < nvert; ++v) nattached += o->attached[v] != 0;
-    unsigned char* both = om_calloc(2 * (size_t)o->under->nvert, 1);
-    if (!both) return OM_NO_MEMORY;
-    for (int k = 0; k < o->under->nvert; ++k) {
-        both[k] = o->attached[o->under->vert[k]];
-        both[o->under->nvert + k] = o->is_true[o->under->vert[k]];
-    }
-    om__attach_score(o->under->nvert, NULL, both, both + o->under->nvert, &g->dsc, &g->tpr);
-    om_free(both);
+    const int nvert = o->node->nvert;
+    const bool is_free = !memchr(o->attached, 1, (size_t)nvert);
+    om__attach_score(nvert, o->is_under, o->attached, o->is_true, &g->dsc, &g->tpr);
     double mve;
-    if (nattached)
-        OM_TRY(move_twin(o, o->attached, &g->is_loose));
-    else
-        OM_TRY(move_free(o, &g->is_loose));
+    OM_TRY(is_free ? move_free(o, &g->is_loose) : move_twin(o, o->attached, &g->is_loose));
     g->is_there = true;
-    g->ave = measure_scan(o, o->x);
+    g->ave = measure_scan(o);
     om__attach_error(nvert, o->x, o->x_true, &g->volume, &mve);
     return OM_OK;
 }
@@ -361,7 +338,7 @@ static OmStatus guess_all(Operation* o, KidneyView* view) {
 static OmStatus look(Operation* o, int grasp, KidneyMoment moment, int run) {
     OM_TRY(om__kidney_truth_look(&o->truth, grasp, moment, run, &o->s->twin, &o->acquisition));
     OM_TRY(find_places(o));
-    return om__kidney_truth_carry(&o->truth, o->node->nvert, o->node->x, o->x_true);
+    return om__match_carry_by(&o->truth.mesh, o->truth.x, o->node->nvert, o->node->x, o->x_true);
 }
 
 // The running twins follow the grasp. Those of equal attachments are equal.
@@ -440,7 +417,7 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
         if (o->belief[way].attached) attach_underside(o, o->belief[way].attached);
     OmStatus status = look(o, c->grasp[0], KIDNEY_REST, run);
     if (status >= 0) status = move_twin(o, o->is_true, &is_loose);
-    r->rest = status >= 0 ? measure_scan(o, o->x) : 0;
+    r->rest = status >= 0 ? measure_scan(o) : 0;
     look_done(o);
     if (status < 0) return status;
     for (int i = 0; i < c->ngrasp; ++i) {

@@ -6,6 +6,7 @@
 #ifndef OMENTUM_STUDY_MATCH_CASE_H
 #define OMENTUM_STUDY_MATCH_CASE_H
 
+#include "omentum/fem.h"
 #include "omentum/match.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
@@ -166,6 +167,23 @@ OmStatus om__match_find_material(const MatchTruth* truth, int n, const double* x
 OmStatus om__match_find_on_surface(const OmSurface* surface, const int* vert, const double* x_rest,
                                    OmVec3 eye, int n, const double* x, double* rest,
                                    double* distance);
+// The same of the points of a scan that is shifted, as its camera: by a wrong calibration.     (npoint x 3)
+OmStatus om__match_find_scanned(const OmSurface* surface, const int* vert, const double* x_rest,
+                                const OmScan* scan, OmVec3 shift, double* rest);
+
+typedef struct StudyPlaces {  // points in linear tetrahedra; om__places_done frees; zero-initialise
+    const OmFemMesh* mesh;    // borrowed
+    int n;
+    int* elem;       // that contains each point, or the nearest one   (n)
+    double* weight;  // of its vertices                             (n x 4)
+} StudyPlaces;
+// Where n points of the rest shape are in a mesh.
+OmStatus om__places_find(const OmFemMesh* mesh, int n, const double* rest, StudyPlaces* places);
+void om__places_done(StudyPlaces* places);
+// Point i, with the vertices of the mesh at x.
+OmVec3 om__places_at(const StudyPlaces* places, const double* x, int i);
+// Mean distance of all of them from n other points, m; 0 without points.
+double om__places_distance(const StudyPlaces* places, const double* x, const double* points);
 // Positions of n points of the rest shape of a mesh whose vertices are now at x_now.
 OmStatus om__match_carry_by(const OmTetMesh* mesh, const double* x_now, int n, const double* rest,
                             double* x);

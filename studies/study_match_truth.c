@@ -11,7 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/fem.h"
 #include "omentum/shape_closest.h"
 #include "studies/study_match_case.h"
 
@@ -448,26 +447,60 @@ OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, do
                                      t->head.camera.pose_world_camera.p, n, x, rest, distance);
 }
 
+OmStatus om__match_find_scanned(const OmSurface* surface, const int* vert, const double* x_rest,
+                                const OmScan* scan, OmVec3 shift, double* rest) {
+    double* x;
+    OM_ALLOC(x, 3 * (size_t)scan->npoint + 1);
+    for (int i = 0; i < scan->npoint; ++i) om_store3(x, i, om_sub(om_load3(scan->x, i), shift));
+    const OmVec3 eye = om_sub(scan->camera.pose_world_camera.p, shift);
+    OmStatus status =
+        om__match_find_on_surface(surface, vert, x_rest, eye, scan->npoint, x, rest, NULL);
+    om_free(x);
+    return status;
+}
+
+// ---- places in a mesh -----------------------------------------------------------------------------------
+
+void om__places_done(StudyPlaces* p) {
+    om_free(p->elem);
+    om_free(p->weight);
+    memset(p, 0, sizeof *p);
+}
+
+OmStatus om__places_find(const OmFemMesh* mesh, int n, const double* rest, StudyPlaces* p) {
+    *p = (StudyPlaces){.mesh = mesh, .n = n};
+    OmStatus status;
+    OM_ALLOC_DONE(p->elem, (size_t)n + 1);
+    OM_ALLOC_DONE(p->weight, 4 * (size_t)n + 1);
+    status = om_fem_mesh_embed(mesh, n, rest, p->elem, p->weight);
+done:
+    if (status < 0) om__places_done(p);
+    return status;
+}
+
+OmVec3 om__places_at(const StudyPlaces* p, const double* x, int i) {
+    const int* node = p->mesh->elem_node + 4 * (size_t)p->elem[i];
+    OmVec3 sum = om_vec3(0, 0, 0);
+    for (int k = 0; k < 4; ++k) sum = om_madd(sum, p->weight[4 * i + k], om_load3(x, node[k]));
+    return sum;
+}
+
+double om__places_distance(const StudyPlaces* p, const double* x, const double* points) {
+    double sum = 0;
+    for (int i = 0; i < p->n; ++i) sum += om_distance(om__places_at(p, x, i), om_load3(points, i));
+    return p->n ? sum / p->n : 0;
+}
+
 OmStatus om__match_carry_by(const OmTetMesh* tet, const double* x_now, int n, const double* rest,
                             double* x) {
     OmFemMesh mesh = {0};
-    int* elem = NULL;
-    double* weight = NULL;
+    StudyPlaces places = {0};
     OmStatus status;
     OM_TRY_DONE(om_fem_mesh_from_tet(tet, OM_TET4, &mesh));
-    OM_ALLOC_DONE(elem, (size_t)n);
-    OM_ALLOC_DONE(weight, 4 * (size_t)n);
-    OM_TRY_DONE(om_fem_mesh_embed(&mesh, n, rest, elem, weight));
-    for (int i = 0; i < n; ++i) {
-        OmVec3 p = om_vec3(0, 0, 0);
-        for (int k = 0; k < 4; ++k)
-            p = om_madd(p, weight[4 * i + k],
-                        om_load3(x_now, mesh.elem_node[4 * (size_t)elem[i] + k]));
-        om_store3(x, i, p);
-    }
+    OM_TRY_DONE(om__places_find(&mesh, n, rest, &places));
+    for (int i = 0; i < n; ++i) om_store3(x, i, om__places_at(&places, x_now, i));
 done:
-    om_free(elem);
-    om_free(weight);
+    om__places_done(&places);
     om_fem_mesh_done(&mesh);
     return status;
 }

@@ -24,16 +24,6 @@ const char* const om__study_way_title[OM_STUDY_NWAY] = {
 
 // ---- nearest points ------------------------------------------------------------------------------------
 
-// The twin's surface at x; om_surface_done frees.
-static OmStatus place_surface(const OmMatchView* view, const double* x, OmSurface* surface) {
-    const OmSurface* rest = view->surface;
-    OM_TRY(om_surface_init(surface, rest->nvert, rest->ntri));
-    memcpy(surface->tri_vert, rest->tri_vert, 3 * (size_t)rest->ntri * sizeof *rest->tri_vert);
-    for (int i = 0; i < rest->nvert; ++i)
-        om_store3(surface->x, i, om_load3(x, view->surface_vert[i]));
-    return OM_OK;
-}
-
 static OmStatus find_visible(const OmSurface* s, const OmCamera* camera,
                              unsigned char* is_visible) {
     OmSenseScene* sense;
@@ -75,7 +65,7 @@ static OmStatus find_nearest(const WayInput* in, const double* x, bool is_visibl
     unsigned char* use = NULL;
     const OmSurface* rest = in->view->surface;
     OmStatus status;
-    OM_TRY_DONE(place_surface(in->view, x, &s));
+    OM_TRY_DONE(om__hand_surface(rest, in->view->surface_vert, x, &s));
     if (is_visible_only) {
         OM_ALLOC_DONE(use, (size_t)s.ntri);
         OM_TRY_DONE(find_visible(&s, &in->scan->camera, use));

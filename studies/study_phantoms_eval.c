@@ -39,10 +39,9 @@ typedef struct View {
     int ngrasped;
     int grasped[MAX_GRASPED];
     double goal[3 * MAX_GRASPED];
-    int* elem;       // of the twin, of the material point of each point of the scan    (npoint)
-    double* weight;  //                                                             (npoint x 4)
-    double* x_twin;  // free, at rest under the grasp                               (nvert x 3)
-    double* x_true;  // the truth at the twin's vertices                            (nvert x 3)
+    StudyPlaces places;  // in the twin, of the material points of the scan's points
+    double* x_twin;      // free, at rest under the grasp                               (nvert x 3)
+    double* x_true;      // the truth at the twin's vertices                            (nvert x 3)
 } View;
 
 typedef struct Bench {
@@ -66,8 +65,7 @@ typedef struct Bench {
 
 static void view_done(View* v) {
     om_scan_done(&v->scan);
-    om_free(v->elem);
-    om_free(v->weight);
+    om__places_done(&v->places);
     om_free(v->x_twin);
     om_free(v->x_true);
 }
@@ -125,36 +123,24 @@ static OmStatus make_twin(Bench* b) {
 
 // Points of a picture with their material points in the twin; r: mean distance of the two where nothing moved.
 static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double* rest) {
-    const OmSurface* still = &t->surface;
     OmSurface now = {0};
     OmObservation obs = {0};
-    double *point = NULL, *material = NULL;
-    size_t n3 = 3 * (size_t)t->mesh.nvert;
+    double* material = NULL;
+    const double* x = t->x + 3 * (size_t)level * (size_t)t->mesh.nvert;
     OmStatus status;
     OM_TRY_DONE(om__phantoms_observe(t, level, &obs));
     OM_TRY_DONE(om__hand_scan(&obs, &b->site, t->head->psm, 0, &v->scan));
-    size_t n = (size_t)v->scan.npoint + 1;  // a scan may have no point
-    OM_ALLOC_DONE(point, 3 * n);
-    OM_ALLOC_DONE(material, 3 * n);
-    OM_ALLOC_DONE(v->elem, n);
-    OM_ALLOC_DONE(v->weight, 4 * n);
-    OM_TRY_DONE(om_surface_init(&now, still->nvert, still->ntri));
-    memcpy(now.tri_vert, still->tri_vert, 3 * (size_t)still->ntri * sizeof *now.tri_vert);
-    for (int i = 0; i < now.nvert; ++i)
-        om_store3(now.x, i, om_load3(t->x + (size_t)level * n3, t->vert[i]));
-    for (int i = 0; i < v->scan.npoint; ++i)
-        om_store3(point, i, om_sub(om_load3(v->scan.x, i), t->head->shift));
-    OmVec3 eye = om_sub(t->head->camera.pose_world_camera.p, t->head->shift);
-    OM_TRY_DONE(om__match_find_on_surface(&now, t->vert, t->mesh.x, eye, v->scan.npoint, point,
-                                          material, NULL));
-    OM_TRY_DONE(om_fem_mesh_embed(&b->eighth, v->scan.npoint, material, v->elem, v->weight));
+    OM_ALLOC_DONE(material, 3 * (size_t)v->scan.npoint + 1);  // a scan may have no point
+    OM_TRY_DONE(om__hand_surface(&t->surface, t->vert, x, &now));
+    OM_TRY_DONE(
+        om__match_find_scanned(&now, t->vert, t->mesh.x, &v->scan, t->head->shift, material));
+    OM_TRY_DONE(om__places_find(&b->eighth, v->scan.npoint, material, &v->places));
     *rest = 0;
     for (int i = 0; i < v->scan.npoint; ++i)
         *rest += om_distance(om_load3(v->scan.x, i), om_load3(material, i)) / v->scan.npoint;
 done:
     om_observation_done(&obs);
     om_surface_done(&now);
-    om_free(point);
     om_free(material);
     return status;
 }
@@ -250,14 +236,7 @@ static OmStatus move_twin(Bench* b, int view, const unsigned char* attached, dou
     b->r->nloose += !solve.is_converged;
     double worst;
     om__attach_error(nvert, b->x, v->x_true, volume, &worst);
-    *ave = 0;
-    for (int i = 0; i < v->scan.npoint; ++i) {
-        const int* node = b->eighth.elem_node + 4 * (size_t)v->elem[i];
-        OmVec3 p = om_vec3(0, 0, 0);
-        for (int k = 0; k < 4; ++k) p = om_madd(p, v->weight[4 * i + k], om_load3(b->x, node[k]));
-        *ave += om_distance(p, om_load3(v->scan.x, i)) / v->scan.npoint;
-    }
-    *ave -= b->r->rest[b->r->view[view].grasp];
+    *ave = om__places_distance(&v->places, b->x, v->scan.x) - b->r->rest[b->r->view[view].grasp];
     if (v->scan.npoint == 0) *ave = *volume;
     return OM_OK;
 }

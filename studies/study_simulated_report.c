@@ -4,6 +4,7 @@
 
 #include "omentum/sense.h"
 #include "omentum/shape_meshing.h"
+#include "studies/study_hand.h"
 #include "studies/study_internal.h"
 #include "studies/study_simulated_internal.h"
 #include "studies/study_table.h"
@@ -89,12 +90,12 @@ typedef struct Look {
 } Look;
 
 // Triangles of which most vertices have this class; class null: all.
-static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const double* x,
-                         const unsigned char* class, int which, Look look) {
+static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const unsigned char* class,
+                         int which, Look look) {
     OmSurface part;
     int id;
     OM_TRY(om_surface_init(&part, surface->nvert, surface->ntri));
-    memcpy(part.x, x, 3 * (size_t)surface->nvert * sizeof *x);
+    memcpy(part.x, surface->x, 3 * (size_t)surface->nvert * sizeof *part.x);
     int n = 0;
     for (int t = 0; t < surface->ntri; ++t) {
         const int* v = surface->tri_vert + 3 * (size_t)t;
@@ -157,8 +158,7 @@ OmStatus om__sim_add_rest(const SimBody* b, int nworker, const char* caption, Om
     }
     OmVec3 tilt = om_quat_rotate(b->grid.pose_world_grid.q, om_vec3(0.3, -0.4, 0.2));
     from = om_normalize(om_add(om_norm(from) > 0 ? om_normalize(from) : om_vec3(0, 0, 1), tilt));
-    for (int k = 0; k < 4; ++k)
-        OM_TRY_DONE(add_part(scene, surface, surface->x, class, k, look[k]));
+    for (int k = 0; k < 4; ++k) OM_TRY_DONE(add_part(scene, surface, class, k, look[k]));
     status = render(nworker, scene, surface, from, caption, report);
 done:
     om_sense_scene_destroy(scene);
@@ -173,24 +173,18 @@ OmStatus om__sim_add_deformed(const SimBody* b, int nworker, const char* caption
     const OmSurface* surface = &sample->surface;
     OmSenseScene* scene = NULL;
     OmStatus status;
-    OmSurface truth = {0};
-    double* x = NULL;
-    OM_TRY_DONE(om_surface_init(&truth, surface->nvert, surface->ntri));
-    memcpy(truth.tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof(int));
-    OM_ALLOC_DONE(x, 3 * surface->nvert);
-    for (int i = 0; i < surface->nvert; ++i) {
-        om_store3(truth.x, i, om_load3(sample->x, sample->surface_vert[i]));
-        om_store3(x, i, om_load3(b->x, sample->surface_vert[i]));
-    }
+    OmSurface truth = {0}, moved = {0};
+    OM_TRY_DONE(om__hand_surface(surface, sample->surface_vert, sample->x, &truth));
+    OM_TRY_DONE(om__hand_surface(surface, sample->surface_vert, b->x, &moved));
     OM_TRY_DONE(om_sense_scene_create(&scene));
-    OM_TRY_DONE(add_part(scene, &truth, truth.x, NULL, 0, (Look){0.1, 0.55, 0.15}));
-    OM_TRY_DONE(add_part(scene, &truth, x, NULL, 0, (Look){0.85, 0.7, 0.1}));
+    OM_TRY_DONE(add_part(scene, &truth, NULL, 0, (Look){0.1, 0.55, 0.15}));
+    OM_TRY_DONE(add_part(scene, &moved, NULL, 0, (Look){0.85, 0.7, 0.1}));
     OmVec3 side = om_quat_rotate(b->grid.pose_world_grid.q, om_vec3(0.4, -0.8, 0.45));
     status = render(nworker, scene, &truth, om_normalize(side), caption, report);
 done:
     om_sense_scene_destroy(scene);
     om_surface_done(&truth);
-    om_free(x);
+    om_surface_done(&moved);
     return status;
 }
 

@@ -1,5 +1,6 @@
 // test_study_kidney.c: fat over the kidney: its shape, attachments before and after dissection, a lift and its views.
 #include "studies/study_kidney_case.h"
+#include "studies/study_match_case.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -132,8 +133,8 @@ static void test_lift(void** unused) {
     // Material points: carried on, they are the points of the scan again.
     int n = low.scan.npoint;
     double* point = calloc(6 * (size_t)n, sizeof *point);
-    assert_ok(om__kidney_truth_find_material(&t, &low.scan, point));
-    assert_ok(om__kidney_truth_carry(&t, n, point, point + 3 * n));
+    assert_ok(om__match_find_scanned(&t.surface, t.vert, t.mesh.x, &low.scan, t.shift, point));
+    assert_ok(om__match_carry_by(&t.mesh, t.x, n, point, point + 3 * n));
     double far = 0;
     for (int i = 0; i < n; ++i)
         far += om_distance(om_load3(point + 3 * n, i), om_load3(low.scan.x, i)) / n;
