@@ -4,10 +4,10 @@
 
 #include "omentum/banet_update.h"
 #include "studies/study_attach_protocol.h"
-#include "studies/study_goal.h"
 #include "studies/study_internal.h"
 #include "studies/study_match.h"
 #include "studies/study_match_case.h"
+#include "studies/study_table.h"
 
 #define ATT_MAX_NODE 512                // of the twin's underside
 #define ATT_NUPDATE (MATCH_NGRASP + 1)  // single views, then all of them

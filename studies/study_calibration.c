@@ -17,7 +17,6 @@
 #include <string.h>
 
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1ca1bu

@@ -14,7 +14,6 @@
 #include "omentum/shape_file.h"
 #include "omentum/tissue.h"
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1c027u

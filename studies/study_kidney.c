@@ -4,7 +4,6 @@
 
 #include "omentum/banet_net.h"
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_kidney_case.h"
 
 #define COOKIE 0x6b1d4e79u

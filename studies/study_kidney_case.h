@@ -12,8 +12,8 @@
 #include "omentum/match.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
-#include "studies/study_goal.h"
 #include "studies/study_kidney.h"
+#include "studies/study_table.h"
 
 #define KIDNEY_NGRASP 4    // A to D
 #define KIDNEY_NSTATE 3    // 1 to 3

@@ -22,7 +22,6 @@
 #include <string.h>
 
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_learning_internal.h"
 #include "studies/study_table.h"
 

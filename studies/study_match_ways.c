@@ -5,7 +5,7 @@
 //
 // ZoomOut starts from the nearest vertex of the rest shape, as the thesis's matching in functional space does. Its
 // answers are vertices of the twin. The basis of the twin is made once and not part of the times.
-#include "studies/study_match_ways.h"
+#include "studies/study_correspondence.h"
 
 #include <math.h>
 #include <string.h>

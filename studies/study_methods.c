@@ -11,7 +11,6 @@
 
 #include "omentum/umesh_net.h"
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_internal.h"
 
 #define COOKIE 0x57d1ca2bu

@@ -8,7 +8,7 @@
 
 #include "omentum/banet_net.h"
 #include "studies/study_attach_protocol.h"
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 #include "studies/study_match_case.h"
 #include "studies/study_phantoms_eval.h"
 

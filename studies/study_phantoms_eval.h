@@ -2,9 +2,9 @@
 #ifndef OMENTUM_STUDY_PHANTOMS_EVAL_H
 #define OMENTUM_STUDY_PHANTOMS_EVAL_H
 
-#include "studies/study_goal.h"
 #include "studies/study_phantoms.h"
 #include "studies/study_phantoms_case.h"
+#include "studies/study_table.h"
 
 #define PHANTOM_MAX_NODE 640  // of the twin's underside
 #define PHANTOM_NVIEW (PHANTOM_NGRASP * PHANTOM_NLEVEL)

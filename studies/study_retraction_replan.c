@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "studies/study_attach_protocol.h"
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 #include "studies/study_match_case.h"
 #include "studies/study_retraction_internal.h"
 

@@ -2,8 +2,8 @@
 // programs.
 #include <math.h>
 
-#include "studies/study_interval.h"
 #include "studies/study_retraction_internal.h"
+#include "studies/study_stats.h"
 #include "studies/study_table.h"
 
 #define MAX_PATH 1024

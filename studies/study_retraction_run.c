@@ -12,7 +12,7 @@
 #include <time.h>
 
 #include "omentum/base_job.h"
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 #include "studies/study_match_case.h"
 #include "studies/study_retraction_internal.h"
 

@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "studies/study_cases.h"
-#include "studies/study_estimate.h"
 #include "studies/study_sheet_internal.h"
 #include "studies/study_table.h"
 

@@ -11,7 +11,7 @@
 
 #include "omentum/banet_fuse.h"
 #include "omentum/banet_net.h"
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 #include "studies/study_internal.h"
 #include "studies/study_match_case.h"
 #include "studies/study_simulated_internal.h"

@@ -5,8 +5,8 @@
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "studies/study_attach_protocol.h"
-#include "studies/study_goal.h"
 #include "studies/study_simulated.h"
+#include "studies/study_table.h"
 
 #define SIM_NSET OM_STUDY_SIM_NSET
 #define SIM_NGUESS OM_STUDY_SIM_NGUESS

@@ -12,7 +12,7 @@
 
 #include "omentum/match_acquisition.h"
 #include "studies/study_attach_protocol.h"
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 #include "studies/study_match_case.h"
 #include "studies/study_trust_internal.h"
 

@@ -3,7 +3,7 @@
 // Places of grasps follow a rule: of points 8 mm inside the border, drawn by the truth's seed, the first that is 25 mm
 // from the true attachments (nearer to them the pull exceeds the force limit of a retraction); of 64 draws the farthest
 // where none is.
-#include "studies/study_trust_case.h"
+#include "studies/study_trust_internal.h"
 
 #include <math.h>
 #include <string.h>

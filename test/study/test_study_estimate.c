@@ -1,5 +1,5 @@
 // test_study_estimate.c: the time of a study by hand, its sentence, and what the listener receives.
-#include "studies/study_estimate.h"
+#include "studies/study_cases.h"
 
 #include <string.h>
 
@@ -67,8 +67,8 @@ static void test_tell(void** unused) {
 
 static void test_has_file(void** unused) {
     (void)unused;
-    assert_true(om__study_has_file("studies", "study_estimate.h"));
-    assert_false(om__study_has_file("studies", "study_estimate.txt"));
+    assert_true(om__study_has_file("studies", "study_cases.h"));
+    assert_false(om__study_has_file("studies", "study_cases.txt"));
 }
 
 int main(void) {

@@ -1,6 +1,6 @@
 // test_study_interval.c: intervals against published values, and how often they hold the truth.
 #include "base/base_rng.h"
-#include "studies/study_interval.h"
+#include "studies/study_stats.h"
 #include "test_common.h"
 
 // Newcombe 1998, Statistics in Medicine 17, 857-872, table I, method 3.

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "studies/study_goal.h"
 #include "test_folder.h"
 
 static char* html;
