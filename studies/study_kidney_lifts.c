@@ -529,26 +529,21 @@ static void make_row(const Kidney* s, int state, int grasp, int way, OmStudyKidn
 
 // Scores of all views of a way.
 static OmStatus score_table(const Kidney* s, int way, OmStudyKidneyTable* t) {
-    int most = s->cases.nstate * s->def->nrun * KIDNEY_MAX_VIEW, n = 0;
-    double* value = om_alloc(3 * (size_t)most, sizeof *value);
-    if (!value) return OM_NO_MEMORY;
-    double *dsc = value, *tpr = value + most, *ms = value + 2 * (size_t)most;
-    for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i) {
+    StudyColumns c = {0};
+    StudySample sample[3];
+    for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i)
         for (int k = 0; k < s->result[i].nview; ++k) {
             const KidneyGuess* g = &s->result[i].view[k].by[way];
-            t->is_there = t->is_there || g->is_there;
             if (!g->is_there) continue;
-            dsc[n] = g->dsc;
-            tpr[n] = g->tpr;
-            ms[n++] = g->ms;
+            om__columns_add(&c, 3, (double[]){g->dsc, g->tpr, g->ms});
             t->nrefused += !g->is_accepted;
             t->nloose += g->is_loose;
         }
-    }
-    t->dsc = om__study_sample(dsc, n).median;
-    t->tpr = om__study_sample(tpr, n).median;
-    t->ms = om__study_sample(ms, n).median;
-    om_free(value);
+    OM_TRY(om__columns_end(&c, 3, (StudySample*[]){&sample[0], &sample[1], &sample[2]}));
+    t->is_there = sample[0].n > 0;
+    t->dsc = sample[0].median;
+    t->tpr = sample[1].median;
+    t->ms = sample[2].median;
     return OM_OK;
 }
 

@@ -129,29 +129,20 @@ OmStatus om__kidney_run_samples(Kidney* s) {
 
 OmStatus om__kidney_summarise_samples(Kidney* s) {
     OmStudyKidneySummary* sum = &s->sum;
-    size_t most = (size_t)s->def->nsample;
-    double* value = om_alloc(6 * most, sizeof *value);
-    if (!value) return OM_NO_MEMORY;
-    double* of[6];
-    for (size_t k = 0; k < 6; ++k) of[k] = value + k * most;
-    int n = 0;
-    for (size_t i = 0; i < most; ++i) {
+    StudyColumns c = {0};
+    StudySample input;
+    for (int i = 0; i < s->def->nsample; ++i) {
         const KidneySample* r = &s->sample[i];
         if (!r->is_made) continue;
-        const double each[6] = {r->dsc, r->tpr, r->ave, r->same, r->zero, r->input};
-        for (int k = 0; k < 6; ++k) of[k][n] = each[k];
+        om__columns_add(&c, 3, (double[]){r->same, r->zero, r->input});
+        for (int k = 0; k < 3 && s->estimate; ++k)
+            om__column_add(&c, 3 + k, k == 0 ? r->dsc : k == 1 ? r->tpr : r->ave);
         sum->nstopped += r->nstopped;
-        ++n;
     }
-    sum->nsample = n;
-    sum->nfailed = (int)most - n;
-    int nnet = s->estimate ? n : 0;
-    sum->dsc = om__study_sample(of[0], nnet);
-    sum->tpr = om__study_sample(of[1], nnet);
-    sum->ave = om__study_sample(of[2], nnet);
-    sum->same = om__study_sample(of[3], n);
-    sum->zero = om__study_sample(of[4], n);
-    sum->input = om__study_sample(of[5], n).median;
-    om_free(value);
+    sum->nsample = c.n[0];
+    sum->nfailed = s->def->nsample - sum->nsample;
+    OM_TRY(om__columns_end(
+        &c, 6, (StudySample*[]){&sum->same, &sum->zero, &input, &sum->dsc, &sum->tpr, &sum->ave}));
+    sum->input = input.median;
     return OM_OK;
 }

@@ -151,57 +151,38 @@ bool om__phantoms_is_in_row(const PhantomCase* c, const PhantomView* v, OmStudyP
     }
 }
 
-typedef struct Column {
-    int n;
-    double *dsc, *tpr, *ave, *volume;  // (all views)
-} Column;
-
-static OmStudyPhantomScore finish(Column* c, bool is_there, int nrefused) {
-    OmStudyPhantomScore score = {.is_there = is_there, .nrefused = nrefused};
-    if (!is_there) return score;
-    score.dsc = om__study_sample(c->dsc, c->n);
-    score.tpr = om__study_sample(c->tpr, c->n);
-    score.ave = om__study_sample(c->ave, c->n);
-    score.volume = om__study_sample(c->volume, c->n);
-    return score;
-}
-
-static void put(Column* c, double dsc, double tpr, double ave, double volume) {
-    c->dsc[c->n] = dsc;
-    c->tpr[c->n] = tpr;
-    c->ave[c->n] = ave;
-    c->volume[c->n++] = volume;
-}
-
-// Way w of a row, or with w = OM_STUDY_PHANTOM_NWAY the true attachments.
-static OmStudyPhantomScore summarise_way(const Phantoms* s, OmStudyPhantomRow row, int w,
-                                         Column* c) {
-    bool is_joint = row == OM_STUDY_PHANTOM_GRASPS, is_same = w == OM_STUDY_PHANTOM_NWAY;
-    bool is_there = is_same;
-    int nrefused = 0;
-    c->n = 0;
+// Way w of a row, or with w = OM_STUDY_PHANTOM_NWAY the true attachments; n: views of the row.
+static OmStatus summarise_way(const Phantoms* s, OmStudyPhantomRow row, int w, int* n,
+                              OmStudyPhantomScore* score) {
+    const bool is_joint = row == OM_STUDY_PHANTOM_GRASPS, is_same = w == OM_STUDY_PHANTOM_NWAY;
+    StudyColumns c = {0};
+    *n = 0;
+    *score = (OmStudyPhantomScore){.is_there = is_same};
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         for (int k = 0; k < (is_joint ? r->joint_level > 0 : r->nview); ++k) {
             const PhantomView* v = &r->view[k];
             if (!is_joint && !om__phantoms_is_in_row(&s->c[i], v, row)) continue;
+            ++*n;
             if (is_same) {
-                put(c, 1, 1, is_joint ? r->joint_same_ave : v->same_ave,
-                    is_joint ? r->joint_same_volume : v->same_volume);
+                om__columns_add(&c, 4,
+                                (double[]){1, 1, is_joint ? r->joint_same_ave : v->same_ave,
+                                           is_joint ? r->joint_same_volume : v->same_volume});
                 continue;
             }
             const PhantomEstimate* e = is_joint ? &r->joint[w] : &v->by[w];
-            put(c, e->dsc, e->tpr, e->ave, e->volume);
-            is_there = is_there || e->is_there;
-            nrefused += !e->is_accepted;
+            if (e->is_there) om__columns_add(&c, 4, (double[]){e->dsc, e->tpr, e->ave, e->volume});
+            score->is_there = score->is_there || e->is_there;
+            score->nrefused += !e->is_accepted;
         }
     }
-    return finish(c, is_there, nrefused);
+    return om__columns_end(&c, 4,
+                           (StudySample*[]){&score->dsc, &score->tpr, &score->ave, &score->volume});
 }
 
-static void count_all(Phantoms* s, double* rest) {
+static OmStatus count_all(Phantoms* s) {
     OmStudyPhantomsSummary* sum = &s->sum;
-    int n = 0;
+    StudyColumns rest = {0};
     sum->ncase = s->ncase;
     sum->has_network = s->net || s->estimate;
     for (int i = 0; i < s->ncase; ++i) {
@@ -209,7 +190,7 @@ static void count_all(Phantoms* s, double* rest) {
         sum->nview += r->nview;
         sum->nloose += r->nloose;
         for (int g = 0; g < s->c[i].ngrasp; ++g) {
-            rest[n++] = r->rest[g];
+            om__column_add(&rest, 0, r->rest[g]);
             sum->nshort += r->nlevel[g] < s->c[i].nlevel[g];
         }
         for (int k = 0; k < r->nview; ++k) {
@@ -217,7 +198,7 @@ static void count_all(Phantoms* s, double* rest) {
             sum->nlost += e->is_there && e->nlost > 0;
         }
     }
-    sum->rest = om__study_sample(rest, n);
+    return om__columns_end(&rest, 1, (StudySample*[]){&sum->rest});
 }
 
 StudyGoals om__phantoms_goals(const OmStudyPhantomsSummary* sum) {
@@ -239,22 +220,14 @@ StudyGoals om__phantoms_goals(const OmStudyPhantomsSummary* sum) {
 }
 
 static OmStatus summarise(Phantoms* s) {
-    size_t n = (size_t)s->ncase * PHANTOM_NVIEW;
-    double* scratch;
-    OM_ALLOC(scratch, 4 * n);
-    Column c = {0, scratch, scratch + n, scratch + 2 * n, scratch + 3 * n};
     for (int row = 0; row < OM_STUDY_PHANTOM_NROW; ++row) {
         OmStudyPhantomResult* out = &s->sum.row[row];
-        for (int w = 0; w <= OM_STUDY_PHANTOM_NWAY; ++w) {
-            OmStudyPhantomScore score = summarise_way(s, (OmStudyPhantomRow)row, w, &c);
-            if (w < OM_STUDY_PHANTOM_NWAY) out->by[w] = score;
-            if (w == OM_STUDY_PHANTOM_NWAY) out->same = score;
-        }
-        out->n = c.n;
+        for (int w = 0; w <= OM_STUDY_PHANTOM_NWAY; ++w)
+            OM_TRY(summarise_way(s, (OmStudyPhantomRow)row, w, &out->n,
+                                 w < OM_STUDY_PHANTOM_NWAY ? &out->by[w] : &out->same));
     }
-    count_all(s, scratch);
+    OM_TRY(count_all(s));
     s->sum.is_met = om__goals_met(om__phantoms_goals(&s->sum));
-    om_free(scratch);
     return OM_OK;
 }
 

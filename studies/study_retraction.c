@@ -2,10 +2,12 @@
 //
 // A success is a run that exposes the ROI by the judge, who counts the ROI's points by rays, with a true force of at
 // most 1.2 epsilon. Scores are of all cases, and of the cases that the exhaustive search exposes within that force.
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
 #include "studies/study_retraction_internal.h"
+#include "studies/study_stats.h"
 
 #define COOKIE 0x57d17c60u
 
@@ -19,16 +21,10 @@ OmStudyRetractionDef om_study_retraction_default_def(const char* out_dir) {
 }
 
 static OmStatus validate(const OmStudyRetractionDef* d) {
-    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "retraction study: a definition not made by om_study_retraction_default_def");
-    OM_CHECK(d->out_dir, OM_INVALID, "retraction study: no folder");
-    OM_CHECK(d->parts > 0 && d->parts < 512, OM_INVALID, "retraction study: parts is %d: 1 to 511",
-             d->parts);
-    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
-             "retraction study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
-    OM_CHECK(d->ncase >= 0, OM_INVALID, "retraction study: ncase is %d: 0 or more", d->ncase);
-    OM_CHECK(d->first >= 0 && d->first < RETRACTION_NPAIR, OM_INVALID,
-             "retraction study: first is %d: 0 to %d", d->first, RETRACTION_NPAIR - 1);
+    const StudyRange range[] = {{"parts", d->parts, 1, 511},
+                                {"ncase", d->ncase, 0, INT_MAX},
+                                {"first", d->first, 0, RETRACTION_NPAIR - 1}};
+    OM_TRY(STUDY_CHECK("retraction study", d, COOKIE, range));
     OM_CHECK(d->draw.kind == OM_DRAW_PUBLISHED ||
                  !(d->parts & ~(OM_RETRACTION_RANDOM | OM_RETRACTION_ALARMS)),
              OM_INVALID, "retraction study: only random pairs and alarms have other seeds");
@@ -138,17 +134,7 @@ static OmStatus list_cases(Retraction* s) {
 
 // ---- scores -------------------------------------------------------------------------------------------------------
 
-typedef struct Columns {
-    int n;
-    double visibility[RETRACTION_MAX_CASE], actions[RETRACTION_MAX_CASE],
-        events[RETRACTION_MAX_CASE], force[RETRACTION_MAX_CASE], force_world[RETRACTION_MAX_CASE];
-} Columns;
-
-static double median(double* value, int n) {
-    if (n == 0) return (double)NAN;
-    om_sort_doubles(value, n);
-    return om_quantile(value, n, 0.5);
-}
+static double median(StudySample s) { return s.n ? s.median : (double)NAN; }
 
 static bool is_exposed(const RetractionResult* r) {
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
@@ -186,16 +172,14 @@ bool om__retraction_is_possible(const RetractionResult* r) {
     return (r->has_ceiling && r->ceiling.is_possible) || is_exposed(r);
 }
 
-static void add_run(const RetractionResult* r, const RetractionRun* run, Columns* c,
+static void add_run(const RetractionResult* r, const RetractionRun* run, StudyColumns* c,
                     OmRetractionScore* score) {
-    const int i = c->n++;
     const bool is_possible = om__retraction_is_possible(r);
+    ++score->nrun;
     score->nunknown += !is_possible && !r->has_ceiling;
-    c->visibility[i] = run->visibility;
-    c->actions[i] = run->naction;
-    c->events[i] = run->nforce;
-    c->force[i] = run->force / run->epsilon;
-    c->force_world[i] = run->force_world / run->epsilon;
+    om__columns_add(c, 5,
+                    (double[]){run->visibility, run->naction, run->nforce,
+                               run->force / run->epsilon, run->force_world / run->epsilon});
     score->visibility_mean += run->visibility;
     score->npossible += is_possible;
     score->nsuccess += run->is_success;
@@ -209,28 +193,31 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, Columns
         r->c.kind == RETRACTION_SAME && run->nwarning[0] + run->nwarning[1] + run->nwarning[2] > 0;
 }
 
-static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRow row, Columns* c,
-                      OmRetractionScore* score) {
-    c->n = 0;
+static OmStatus score_row(const Retraction* s, RetractionGroup group, OmRetractionRow row,
+                          OmRetractionScore* score) {
+    StudyColumns c = {0};
+    StudySample q[5];
     *score = (OmRetractionScore){0};
     for (int i = 0; i < s->ncase; ++i) {
         const RetractionResult* r = &s->result[i];
         const bool counts = row == OM_RETRACTION_OPEN_LOOP || om__retraction_counts(s, r);
-        if (r->c.group == group && r->has_run[row] && counts) add_run(r, &r->run[row], c, score);
+        if (r->c.group == group && r->has_run[row] && counts) add_run(r, &r->run[row], &c, score);
     }
-    score->nrun = c->n;
-    score->visibility_mean = c->n ? score->visibility_mean / c->n : (double)NAN;
-    score->visibility = median(c->visibility, c->n);
-    score->actions = median(c->actions, c->n);
-    score->events = median(c->events, c->n);
-    score->force = median(c->force, c->n);
-    score->force_world = median(c->force_world, c->n);
+    OM_TRY(om__columns_end(&c, 5, (StudySample*[]){&q[0], &q[1], &q[2], &q[3], &q[4]}));
+    score->visibility_mean = score->nrun ? score->visibility_mean / score->nrun : (double)NAN;
+    score->visibility = median(q[0]);
+    score->actions = median(q[1]);
+    score->events = median(q[2]);
+    score->force = median(q[3]);
+    score->force_world = median(q[4]);
+    return OM_OK;
 }
 
 // A row against DEFRAS on the pairs that count.
-static void compare_row(const Retraction* s, int row, Columns* c, OmRetractionDifference* d) {
+static OmStatus compare_row(const Retraction* s, int row, OmRetractionDifference* d) {
+    StudyColumns c = {0};
+    StudySample more;
     *d = (OmRetractionDifference){.npair = 0};
-    c->n = 0;
     for (int i = 0; i < s->ncase; ++i) {
         const RetractionResult* r = &s->result[i];
         const RetractionRun *defras = &r->run[OM_RETRACTION_DEFRAS], *other = &r->run[row];
@@ -241,23 +228,22 @@ static void compare_row(const Retraction* s, int row, Columns* c, OmRetractionDi
         d->defras_only += defras->is_success && !other->is_success;
         d->other_only += other->is_success && !defras->is_success;
         if (defras->is_success && other->is_success)
-            c->actions[c->n++] = other->naction - defras->naction;
+            om__column_add(&c, 0, other->naction - defras->naction);
     }
-    d->actions = median(c->actions, c->n);
+    OM_TRY(om__columns_end(&c, 1, (StudySample*[]){&more}));
+    d->actions = median(more);
+    return OM_OK;
 }
 
 static OmStatus summarise(Retraction* s) {
     OmStudyRetractionSummary* sum = &s->sum;
     OmRetractionScore* score[RETRACTION_NGROUP] = {sum->scenario, sum->random, sum->laboratory,
                                                    sum->kidney, sum->alarm};
-    Columns* c = om_alloc(1, sizeof *c);
-    if (!c) return OM_NO_MEMORY;
     for (int g = 0; g < RETRACTION_NGROUP; ++g)
         for (int row = 0; row < OM_RETRACTION_NROW; ++row)
-            score_row(s, (RetractionGroup)g, (OmRetractionRow)row, c, &score[g][row]);
+            OM_TRY(score_row(s, (RetractionGroup)g, (OmRetractionRow)row, &score[g][row]));
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
-        compare_row(s, row, c, &sum->difference[row]);
-    om_free(c);
+        OM_TRY(compare_row(s, row, &sum->difference[row]));
     for (int g = 0; g < OM_RETRACTION_NGRID; ++g)
         for (int f = 0; f < OM_RETRACTION_NSHARE; ++f) {
             sum->replan[g][f] = s->has_replan ? s->replan.mean[g][f] : (double)NAN;

@@ -297,51 +297,33 @@ OmStatus om__retraction_write_report(const Retraction* s) {
 // ---- study.json -------------------------------------------------------------------------------------------
 
 static void put_run_json(OmJson* json, const char* key, const RetractionRun* r) {
-    om_json_open(json, key, '{');
-    om_json_bool(json, "success", r->is_success);
-    om_json_string(json, "outcome", om_retract_outcome_text(r->outcome));
-    om_json_string(json, "reason", r->reason);
-    om_json_number(json, "visibility_start", r->visibility_start);
-    om_json_number(json, "visibility", r->visibility);
-    om_json_number(json, "force_n", r->force);
-    om_json_number(json, "force_world_n", r->force_world);
-    om_json_number(json, "epsilon_n", r->epsilon);
-    om_json_integer(json, "force_events", r->nforce);
-    om_json_integer(json, "force_events_world", r->nforce_world);
-    om_json_integer(json, "actions", r->naction);
-    om_json_integer(json, "plans", r->nplan);
-    om_json_integer(json, "updates", r->nupdate);
-    om_json_integer(json, "updates_adopted", r->nadopted);
-    om_json_integer(json, "triggers", r->ntrigger);
-    om_json_integer(json, "triggers_good", r->ngood);
-    om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
-    om_json_integer(json, "updates_followed", r->nfollowed);
-    om_json_integer(json, "warnings", r->nwarning[0] + r->nwarning[1] + r->nwarning[2]);
-    om_json_string(json, "hold", om_hold_text(r->hold));
-    om_json_number(json, "visibility_seen", r->visibility_seen);
-    om_json_number(json, "mu_max_m", r->mu_max);
-    om_json_number(json, "time_s", r->time);
-    om_json_number(json, "wall_time_s", r->wall_time);
-    om_json_close(json, '}');
+    om__put_object(
+        json, key,
+        "success? %d|outcome %s|reason %s|visibility_start %f|visibility %f|force_n %f|"
+        "force_world_n %f|epsilon_n %f|force_events %d|force_events_world %d|actions %d|plans %d|"
+        "updates %d|updates_adopted %d|triggers %d|triggers_good %d|"
+        "triggers_good_by_attachments %d|updates_followed %d|warnings %d|hold %s|"
+        "visibility_seen %f|mu_max_m %f|time_s %f|wall_time_s %f",
+        r->is_success, om_retract_outcome_text(r->outcome), r->reason, r->visibility_start,
+        r->visibility, r->force, r->force_world, r->epsilon, r->nforce, r->nforce_world, r->naction,
+        r->nplan, r->nupdate, r->nadopted, r->ntrigger, r->ngood, r->ngood_alone, r->nfollowed,
+        r->nwarning[0] + r->nwarning[1] + r->nwarning[2], om_hold_text(r->hold), r->visibility_seen,
+        r->mu_max, r->time, r->wall_time);
 }
 
 static void put_case_json(OmJson* json, const RetractionResult* r) {
     const double roi[2] = {r->c.roi.x, r->c.roi.y};
+    const OmSearchResult* best = &r->ceiling.best;
     om_json_open(json, NULL, '{');
-    om_json_string(json, "name", r->c.name);
-    om_json_integer(json, "seed", r->c.seed);
-    om_json_number(json, "share", r->c.share);
-    om_json_number(json, "believed", r->c.believed);
+    om__put(json, "name %s|seed %d|share %f|believed %f", r->c.name, r->c.seed, r->c.share,
+            r->c.believed);
     om_json_numbers(json, "roi_m", roi, 2);
-    if (r->has_ceiling) {
-        om_json_bool(json, "possible", r->ceiling.is_possible);
-        om_json_integer(json, "sequences", r->ceiling.best.nsequence);
-        om_json_integer(json, "sequences_exposed", r->ceiling.best.nexposed);
-        om_json_number(json, "best_visibility", r->ceiling.best.visibility);
-        om_json_bool(json, "search_both_arms",
-                     r->ceiling.is_possible && r->ceiling.best.first_block >= 0);
-        om_json_integer(json, "search_actions", r->ceiling.best.naction);
-    }
+    if (r->has_ceiling)
+        om__put(json,
+                "possible? %d|sequences %d|sequences_exposed %d|best_visibility %f|"
+                "search_both_arms? %d|search_actions %d",
+                r->ceiling.is_possible, best->nsequence, best->nexposed, best->visibility,
+                r->ceiling.is_possible && best->first_block >= 0, best->naction);
     om_json_open(json, "runs", '{');
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
         if (r->has_run[row]) put_run_json(json, om__retraction_row_name[row], &r->run[row]);
@@ -354,22 +336,14 @@ static void put_scores_json(OmJson* json, const char* key, const OmRetractionSco
     for (int row = 0; row < OM_RETRACTION_NROW; ++row) {
         const OmRetractionScore* r = &score[row];
         if (r->nrun == 0) continue;
-        om_json_open(json, om__retraction_row_name[row], '{');
-        om_json_integer(json, "runs", r->nrun);
-        om_json_integer(json, "possible", r->npossible);
-        om_json_integer(json, "success", r->nsuccess);
-        om_json_integer(json, "success_possible", r->nsuccess_possible);
-        om_json_number(json, "visibility", r->visibility);
-        om_json_number(json, "visibility_mean", r->visibility_mean);
-        om_json_number(json, "actions", r->actions);
-        om_json_number(json, "force_events", r->events);
-        om_json_number(json, "force_ratio", r->force);
-        om_json_number(json, "force_world_ratio", r->force_world);
-        om_json_integer(json, "triggers", r->ntrigger);
-        om_json_integer(json, "triggers_good", r->ngood);
-        om_json_integer(json, "triggers_good_by_attachments", r->ngood_alone);
-        om_json_integer(json, "false_alarms", r->nfalse);
-        om_json_close(json, '}');
+        om__put_object(json, om__retraction_row_name[row],
+                       "runs %d|possible %d|success %d|success_possible %d|visibility %f|"
+                       "visibility_mean %f|actions %f|force_events %f|force_ratio %f|"
+                       "force_world_ratio %f|triggers %d|triggers_good %d|"
+                       "triggers_good_by_attachments %d|false_alarms %d",
+                       r->nrun, r->npossible, r->nsuccess, r->nsuccess_possible, r->visibility,
+                       r->visibility_mean, r->actions, r->events, r->force, r->force_world,
+                       r->ntrigger, r->ngood, r->ngood_alone, r->nfalse);
     }
     om_json_close(json, '}');
 }
@@ -379,38 +353,31 @@ static void put_difference_json(OmJson* json, const char* key, const OmRetractio
     const StudyInterval i = om__interval_paired(d->defras_only, d->other_only, d->npair);
     const double interval[2] = {i.lo, i.hi};
     om_json_open(json, key, '{');
-    om_json_integer(json, "pairs", d->npair);
-    om_json_integer(json, "defras_only", d->defras_only);
-    om_json_integer(json, "other_only", d->other_only);
-    om_json_number(json, "difference", i.value);
+    om__put(json, "pairs %d|defras_only %d|other_only %d|difference %f", d->npair, d->defras_only,
+            d->other_only, i.value);
     om_json_numbers(json, "interval_95", interval, 2);
     om_json_number(json, "actions_more", d->actions);
     om_json_close(json, '}');
 }
 
 OmStatus om__retraction_write_json(const Retraction* s) {
+    const OmStudyRetractionSummary* sum = &s->sum;
     OmText text = {0};
-    OmJson json = om_json_begin(&text);
-    om_json_open(&json, NULL, '{');
-    om_json_string(&json, "version", om_version());
-    om_json_number(&json, "epsilon_n", s->sum.epsilon);
-    if (s->def->draw.kind == OM_DRAW_JUDGED) {
-        om_json_string(&json, "draw_hash", s->def->draw.hash);
-        om_json_number(&json, "draw", s->def->draw.number);
-    }
-    om_json_integer(&json, "pairs_drawn", s->sum.pairs.ndrawn);
-    om_json_integer(&json, "pairs_harmless", s->sum.pairs.nharmless);
-    om_json_integer(&json, "pairs_impossible", s->sum.pairs.nimpossible);
-    om_json_integer(&json, "pairs_counting", s->sum.pairs.ncounting);
+    OmJson json = om__json(&text);
+    om__put(&json, "version %s|epsilon_n %f", om_version(), sum->epsilon);
+    if (s->def->draw.kind == OM_DRAW_JUDGED)
+        om__put(&json, "draw_hash %s|draw %d", s->def->draw.hash, s->def->draw.number);
+    om__put(&json, "pairs_drawn %d|pairs_harmless %d|pairs_impossible %d|pairs_counting %d",
+            sum->pairs.ndrawn, sum->pairs.nharmless, sum->pairs.nimpossible, sum->pairs.ncounting);
     om_json_open(&json, "differences", '{');
     for (int row = OM_RETRACTION_DEFRAS + 1; row < OM_RETRACTION_NROW; ++row)
-        put_difference_json(&json, om__retraction_row_name[row], &s->sum.difference[row]);
+        put_difference_json(&json, om__retraction_row_name[row], &sum->difference[row]);
     om_json_close(&json, '}');
-    put_scores_json(&json, "scenarios", s->sum.scenario);
-    put_scores_json(&json, "random", s->sum.random);
-    put_scores_json(&json, "laboratory", s->sum.laboratory);
-    put_scores_json(&json, "kidney", s->sum.kidney);
-    put_scores_json(&json, "alarms", s->sum.alarm);
+    put_scores_json(&json, "scenarios", sum->scenario);
+    put_scores_json(&json, "random", sum->random);
+    put_scores_json(&json, "laboratory", sum->laboratory);
+    put_scores_json(&json, "kidney", sum->kidney);
+    put_scores_json(&json, "alarms", sum->alarm);
     if (s->has_replan) {
         om_json_open(&json, "replan_ms", '[');
         for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {
@@ -420,10 +387,9 @@ OmStatus om__retraction_write_json(const Retraction* s) {
         }
         om_json_close(&json, ']');
     }
-    if (s->has_threshold) {
-        om_json_number(&json, "measured_epsilon_n", s->threshold.force.threshold);
-        om_json_number(&json, "measured_margin_n", s->threshold.force.margin);
-    }
+    if (s->has_threshold)
+        om__put(&json, "measured_epsilon_n %f|measured_margin_n %f", s->threshold.force.threshold,
+                s->threshold.force.margin);
     om_json_open(&json, "cases", '[');
     for (int i = 0; i < s->ncase; ++i) put_case_json(&json, &s->result[i]);
     om_json_close(&json, ']');

@@ -248,29 +248,25 @@ static const SimMove* move_of(const SimCase* c, int guess) {
     return guess == OM_STUDY_SIM_NET ? &c->net->move : &c->base.move[guess];
 }
 
-// value: scratch (6 x ncase)
-static void summarise_row(const Sim* s, int set, bool is_hidden, int guess, double* value,
-                          OmStudySimulatedRow* row) {
-    double* part[6];
-    int n = 0, nmove = 0;
-    for (int k = 0; k < 6; ++k) part[k] = value + (size_t)k * (size_t)s->ncase;
+static OmStatus summarise_row(const Sim* s, int set, bool is_hidden, int guess,
+                              OmStudySimulatedRow* row) {
+    StudyColumns v = {0};
     for (int i = 0; i < s->ncase; ++i) {
         const SimCase* c = &s->c[i];
         if (c->set != set || !c->base.is_made || (is_hidden && c->base.visible >= 0.5)) continue;
         if (guess == OM_STUDY_SIM_NET && !c->has_net) continue;
         const SimScore* score = score_of(c, guess);
         const SimMove* move = move_of(c, guess);
-        const double of[4] = {score->dsc, score->tpr, score->dsc_area, score->tpr_area};
-        for (int k = 0; k < 4; ++k) part[k][n] = of[k];
-        ++n;
+        om__columns_add(&v, 4,
+                        (double[]){score->dsc, score->tpr, score->dsc_area, score->tpr_area});
         if (!move->is_there) continue;
-        part[4][nmove] = move->ave;
-        part[5][nmove++] = move->mve;
+        om__column_add(&v, 4, move->ave);
+        om__column_add(&v, 5, move->mve);
         row->nstopped += move->is_stopped;
     }
-    StudySample* out[6] = {&row->dsc,      &row->tpr, &row->dsc_area,
-                           &row->tpr_area, &row->ave, &row->mve};
-    for (int k = 0; k < 6; ++k) *out[k] = om__study_sample(part[k], k < 4 ? n : nmove);
+    return om__columns_end(&v, 6,
+                           (StudySample*[]){&row->dsc, &row->tpr, &row->dsc_area, &row->tpr_area,
+                                            &row->ave, &row->mve});
 }
 
 // Reliability over the cells of a set.
@@ -332,37 +328,38 @@ StudyGoals om__sim_goals(const OmStudySimulatedSummary* sum) {
     return goals;
 }
 
-static OmStatus summarise(Sim* s) {
+static OmStatus summarise_set(Sim* s, int set) {
     OmStudySimulatedSummary* sum = &s->sum;
-    double* value = om_alloc(6 * (size_t)s->ncase, sizeof *value);
-    if (!value) return OM_NO_MEMORY;
-    int nms = 0, nsolve = 0;
-    for (int set = 0; set < SIM_NSET; ++set) {
-        int n = 0;
-        sum->nsample[set] = s->nsample[set];
-        for (int i = 0; i < s->ncase; ++i) {
-            if (s->c[i].set != set) continue;
-            sum->nlost[set] += !s->c[i].base.is_made;
-            if (s->c[i].base.is_made) value[n++] = s->c[i].base.input;
-        }
-        sum->input[set] = om__study_sample(value, n).median;
-        for (int guess = 0; guess < SIM_NGUESS; ++guess) {
-            summarise_row(s, set, false, guess, value, &sum->all[set][guess]);
-            summarise_row(s, set, true, guess, value, &sum->hidden[set][guess]);
-        }
-    }
+    StudyColumns v = {0};
+    StudySample input;
+    sum->nsample[set] = s->nsample[set];
     for (int i = 0; i < s->ncase; ++i) {
-        if (s->c[i].has_net && s->c[i].base.is_made) value[nms++] = s->c[i].net->ms;
-        for (int g = 0; g < SIM_NGUESS; ++g) {
-            const SimMove* move = move_of(&s->c[i], g);
-            if (move->is_there) value[s->ncase + nsolve++] = move->ms;
-        }
+        if (s->c[i].set != set) continue;
+        sum->nlost[set] += !s->c[i].base.is_made;
+        if (s->c[i].base.is_made) om__column_add(&v, 0, s->c[i].base.input);
     }
-    sum->net_ms = om__study_sample(value, nms).median;
-    sum->solve_ms = om__study_sample(value + s->ncase, nsolve).median;
-    om_free(value);
-    for (int set = 0; set < SIM_NSET; ++set) OM_TRY(calibrate(s, set));
-    sum->is_met = om__goals_met(om__sim_goals(sum));
+    OM_TRY(om__columns_end(&v, 1, (StudySample*[]){&input}));
+    sum->input[set] = input.median;
+    for (int guess = 0; guess < SIM_NGUESS; ++guess) {
+        OM_TRY(summarise_row(s, set, false, guess, &sum->all[set][guess]));
+        OM_TRY(summarise_row(s, set, true, guess, &sum->hidden[set][guess]));
+    }
+    return calibrate(s, set);
+}
+
+static OmStatus summarise(Sim* s) {
+    StudyColumns v = {0};
+    StudySample net, solve;
+    for (int set = 0; set < SIM_NSET; ++set) OM_TRY(summarise_set(s, set));
+    for (int i = 0; i < s->ncase; ++i) {
+        if (s->c[i].has_net && s->c[i].base.is_made) om__column_add(&v, 0, s->c[i].net->ms);
+        for (int g = 0; g < SIM_NGUESS; ++g)
+            if (move_of(&s->c[i], g)->is_there) om__column_add(&v, 1, move_of(&s->c[i], g)->ms);
+    }
+    OM_TRY(om__columns_end(&v, 2, (StudySample*[]){&net, &solve}));
+    s->sum.net_ms = net.median;
+    s->sum.solve_ms = solve.median;
+    s->sum.is_met = om__goals_met(om__sim_goals(&s->sum));
     return OM_OK;
 }
 

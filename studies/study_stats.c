@@ -38,6 +38,28 @@ void om__put_quartiles(OmJson* json, const char* key, double scale, StudySample 
     om_json_numbers(json, key, v, 3);
 }
 
+// ---- columns of values ------------------------------------------------------------------------------
+
+void om__column_add(StudyColumns* c, int k, double value) {
+    if (c->n[k] == c->room[k] && c->status == OM_OK) {
+        const int room = 2 * c->room[k] + 64;
+        double* more = om_realloc(c->value[k], (size_t)c->room[k], (size_t)room, sizeof *more);
+        if (!more) c->status = OM_NO_MEMORY;
+        if (more) c->value[k] = more, c->room[k] = room;
+    }
+    if (c->status == OM_OK) c->value[k][c->n[k]++] = value;
+}
+
+void om__columns_add(StudyColumns* c, int n, const double* value) {
+    for (int k = 0; k < n; ++k) om__column_add(c, k, value[k]);
+}
+
+OmStatus om__columns_end(StudyColumns* c, int n, StudySample* const* sample) {
+    for (int k = 0; k < n; ++k) *sample[k] = om__study_sample(c->value[k], c->n[k]);
+    for (int k = 0; k < STUDY_MAX_COLUMN; ++k) om_free(c->value[k]);
+    return c->status;
+}
+
 // ---- intervals: closed forms ------------------------------------------------------------------------
 //
 // Those of differences hold the truth in 95 % of 60 cases, in 92 to 94 % of 15 (test_study_interval).

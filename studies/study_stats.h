@@ -16,6 +16,22 @@ void om__sample_print(char* text, size_t size, double scale, const char* format,
 // [lower, median, upper], scaled.
 void om__put_quartiles(OmJson* json, const char* key, double scale, StudySample s);
 
+// ---- columns of values ------------------------------------------------------------------------------
+
+#define STUDY_MAX_COLUMN 6
+
+typedef struct StudyColumns {  // zero-initialise
+    double* value[STUDY_MAX_COLUMN];
+    int n[STUDY_MAX_COLUMN], room[STUDY_MAX_COLUMN];
+    OmStatus status;  // the first failure, which om__columns_end returns
+} StudyColumns;
+
+// Append one value to each of the first n columns, or to column `k`.
+void om__columns_add(StudyColumns* c, int n, const double* value);
+void om__column_add(StudyColumns* c, int k, double value);
+// The statistics of the first n columns; frees all.
+OmStatus om__columns_end(StudyColumns* c, int n, StudySample* const* sample);
+
 // ---- 95 % confidence intervals, of shares and of differences between two ways on the same cases ---------------------
 
 typedef struct StudyInterval {
