@@ -31,23 +31,17 @@ static void put_lesions(OmJson* json, const Study* s) {
     for (int i = 0; i < s->nlesion; ++i) {
         const OmStudyLesion* l = &s->def->body->lesion[i];
         const StudyTruthResult* t = &s->truth[i];
-        double center[3] = {l->center.x, l->center.y, l->center.z};
-        double touch[3] = {l->touch.x, l->touch.y, l->touch.z};
-        double normal[3] = {l->normal.x, l->normal.y, l->normal.z};
         om_json_open(json, NULL, '{');
-        om_json_numbers(json, "center", center, 3);
+        om__put_vec3(json, "center", l->center);
         om_json_number(json, "radius", l->radius);
-        om_json_numbers(json, "touch", touch, 3);
-        om_json_numbers(json, "normal", normal, 3);
+        om__put_vec3(json, "touch", l->touch);
+        om__put_vec3(json, "normal", l->normal);
         om_json_open(json, "truth", '[');
         for (int k = 0; k < t->ndepth; ++k) {
-            double p[3] = {t->at[k].fine.x, t->at[k].fine.y, t->at[k].fine.z};
             om_json_open(json, NULL, '{');
             om_json_number(json, "depth", t->at[k].depth);
-            om_json_numbers(json, "lesion", p, 3);
-            OmVec3 measured = om__study_measured(s->def, t, k);
-            double m[3] = {measured.x, measured.y, measured.z};
-            om_json_numbers(json, "measured", m, 3);
+            om__put_vec3(json, "lesion", t->at[k].fine);
+            om__put_vec3(json, "measured", om__study_measured(s->def, t, k));
             om_json_number(json, "force", t->at[k].force);
             om_json_close(json, '}');
         }
@@ -62,15 +56,11 @@ void om__study_put_contours(OmJson* json, const Study* s) {
     for (int i = 0; i < s->nlesion; ++i) {
         for (int k = 0; k < s->truth[i].ndepth; ++k) {
             const OmStudyLesion* l = &s->def->body->lesion[i];
-            OmVec3 x = om__study_measured_contour(s->def, &s->truth[i], k);
-            OmVec3 at_rest = om__study_contour(l);
-            double contour[3] = {x.x, x.y, x.z}, rest[3] = {at_rest.x, at_rest.y, at_rest.z};
-            double normal[3] = {l->normal.x, l->normal.y, l->normal.z};
             om_json_open(json, NULL, '{');
             om__put(json, "lesion %d|depth %f", i + 1, s->truth[i].at[k].depth);
-            om_json_numbers(json, "rest", rest, 3);
-            om_json_numbers(json, "normal", normal, 3);
-            om_json_numbers(json, "contour", contour, 3);
+            om__put_vec3(json, "rest", om__study_contour(l));
+            om__put_vec3(json, "normal", l->normal);
+            om__put_vec3(json, "contour", om__study_measured_contour(s->def, &s->truth[i], k));
             om_json_close(json, '}');
         }
     }

@@ -2,9 +2,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/sense.h"
 #include "omentum/tissue.h"
 #include "studies/study_internal.h"
+#include "studies/study_table.h"
 
 #define WIDTH 480
 #define HEIGHT 360
@@ -94,21 +94,14 @@ static OmStatus view_add_probe(View* v, OmPose pose) {
 }
 
 static OmStatus view_end(View* v, OmReport* report, const char* caption) {
-    OmPicture picture = {0};
-    OmCamera camera = {.pose_world_camera = om_pose_look_at(v->eye, v->target, v->s->def->body->up),
-                       .width = WIDTH,
-                       .height = HEIGHT,
-                       .fov = 40 * OM_PI / 180,
-                       .near_m = 0.001,
-                       .far_m = 100};
-    OmSenseOptions options = om_sense_options_default();
-    options.nworker = v->s->def->nworker;
-    OmStatus status = om_sense_scene_commit(v->scene);
-    if (status == OM_OK) status = om_picture_init(&picture, WIDTH, HEIGHT, 3);
-    if (status == OM_OK) status = om_sense_render(v->scene, &camera, &options, &picture);
-    if (status == OM_OK) om_report_picture(report, &picture, caption);
-    om_picture_done(&picture);
-    return status;
+    const OmCamera camera = {.pose_world_camera =
+                                 om_pose_look_at(v->eye, v->target, v->s->def->body->up),
+                             .width = WIDTH,
+                             .height = HEIGHT,
+                             .fov = 40 * OM_PI / 180,
+                             .near_m = 0.001,
+                             .far_m = 100};
+    return om__report_render(report, v->scene, &camera, v->s->def->nworker, caption);
 }
 
 // ---- scenes -----------------------------------------------------------------------------------------

@@ -52,14 +52,6 @@ static const OmYamlField run_field[] = {
 };
 static const OmYamlSchema run_schema = {"run", run_field, COUNT(run_field)};
 
-// JSON has no infinity or NaN: the largest number replaces them; such a run has a reason.
-static double finite(double v) { return isfinite(v) ? v : 1e300; }
-
-static void put_vec3(OmJson* json, const char* key, OmVec3 v) {
-    double x[3] = {finite(v.x), finite(v.y), finite(v.z)};
-    om_json_numbers(json, key, x, 3);
-}
-
 OmStatus om__study_save_run(const StudyRun* run, const char* path) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
@@ -68,13 +60,13 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
             "setup %s|method %s|resolution %d|lesion %d|ntet %d|nvert %d|nstep %d|ndone %d|"
             "reason %s|volume_min %f",
             run->setup, om__study_method_name[run->method], run->resolution, run->lesion, run->ntet,
-            run->nvert, run->nstep, run->ndone, run->reason, finite(run->volume_min));
+            run->nvert, run->nstep, run->ndone, run->reason, om__finite(run->volume_min));
     om_json_open(&json, "reached", '[');
     for (int i = 0; i < run->nreached; ++i) {
         om_json_open(&json, NULL, '{');
         om_json_number(&json, "depth", run->reached[i].depth);
-        put_vec3(&json, "lesion", run->reached[i].lesion);
-        put_vec3(&json, "contour", run->reached[i].contour);
+        om__put_vec3(&json, "lesion", run->reached[i].lesion);
+        om__put_vec3(&json, "contour", run->reached[i].contour);
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');
@@ -83,8 +75,8 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
         const StudyStep* s = &run->step[i];
         om__put_object(&json, NULL,
                        "ms %f|force %f|penetration %f|residual %f|ncontact %d|substeps %d", s->ms,
-                       finite(s->force), finite(s->penetration), finite(s->residual), s->ncontact,
-                       s->substeps);
+                       om__finite(s->force), om__finite(s->penetration), om__finite(s->residual),
+                       s->ncontact, s->substeps);
     }
     om_json_close(&json, ']');
     om_json_close(&json, '}');
@@ -150,11 +142,12 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
         const StudyTruthDepth* d = &truth->at[i];
         om_json_open(&json, NULL, '{');
         om_json_number(&json, "depth", d->depth);
-        put_vec3(&json, "fine", d->fine);
-        put_vec3(&json, "coarse", d->coarse);
-        put_vec3(&json, "contour", d->contour);
-        om__put(&json, "force %f|coarse_force %f|sink %f|residual %f|nnewton %d", finite(d->force),
-                finite(d->coarse_force), finite(d->sink), finite(d->residual), d->nnewton);
+        om__put_vec3(&json, "fine", d->fine);
+        om__put_vec3(&json, "coarse", d->coarse);
+        om__put_vec3(&json, "contour", d->contour);
+        om__put(&json, "force %f|coarse_force %f|sink %f|residual %f|nnewton %d",
+                om__finite(d->force), om__finite(d->coarse_force), om__finite(d->sink),
+                om__finite(d->residual), d->nnewton);
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');

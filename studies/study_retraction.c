@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "studies/study_cases.h"
 #include "studies/study_retraction_internal.h"
 #include "studies/study_stats.h"
 
@@ -48,92 +49,75 @@ bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRe
     return is_ablated;
 }
 
-static int count_wanted(const OmStudyRetractionDef* d, int all, int quick) {
-    int n = d->is_quick ? quick : all;
+// How many of the cases of these parts the user wants.
+static int count_wanted(const OmStudyRetractionDef* d, int parts, int all) {
+    const int n = !(d->parts & parts) ? 0 : d->is_quick ? 1 : all;
     return d->ncase > 0 && d->ncase < n ? d->ncase : n;
 }
 
 // Is a run of DEFRAS of this case in the folder?
 static bool is_there(const Retraction* s, const char* name) {
-    char file[96], path[1024];
+    char file[96];
     snprintf(file, sizeof file, "%s-defras.bin", name);
-    return om_path_join(s->def->out_dir, file, path, sizeof path) == OM_OK && om_path_exists(path);
+    return om__study_has_file(s->def->out_dir, file);
 }
 
-static OmStatus add_scenario(Retraction* s, int number, RetractionKind kind, bool is_asked) {
-    RetractionResult* r = &s->result[s->ncase];
-    char name[64];
-    snprintf(name, sizeof name, "scenario-%d-%s", number, om__retraction_kind_name[kind]);
-    if (!is_asked && !is_there(s, name)) return OM_OK;
-    r->is_asked = is_asked;
-    ++s->ncase;
-    return om__retraction_scenario(number, kind, s->def->is_quick, &r->c);
-}
-
-static OmStatus add_pair(Retraction* s, int number, bool is_asked) {
-    RetractionResult* r = &s->result[s->ncase];
-    char name[64];
-    om__retraction_pair_name(number, &s->def->draw, name, sizeof name);
-    const bool is_known = is_there(s, name);
-    if (!is_asked && !is_known) return OM_OK;
-    // a search asks for what is possible where DEFRAS failed
-    r->is_asked = is_asked || (is_known && s->def->parts & OM_RETRACTION_SEARCHES);
-    ++s->ncase;
-    return om__retraction_pair(number, &s->def->draw, s->def->is_quick, &r->c);
-}
-
-static OmStatus add_alarm(Retraction* s, int number, bool is_asked) {
-    RetractionResult* r = &s->result[s->ncase];
-    char name[64];
-    om__retraction_alarm_name(number, &s->def->draw, name, sizeof name);
-    if (!is_asked && !is_there(s, name)) return OM_OK;
-    r->is_asked = is_asked;
-    ++s->ncase;
-    return om__retraction_alarm(number, &s->def->draw, s->def->is_quick, &r->c);
-}
-
-static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
-    if (!is_asked && !is_there(s, c.name)) return;
+// Room for a case that the user wants or the folder has; null: neither.
+static RetractionResult* add(Retraction* s, const char* name, bool is_asked) {
+    if (!is_asked && !is_there(s, name)) return NULL;
     s->result[s->ncase].is_asked = is_asked;
-    s->result[s->ncase++].c = c;
+    return &s->result[s->ncase++];
 }
 
 // The cases of the parts that the user wants, and all others that the folder has.
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
-    const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;
+    const int searches = OM_RETRACTION_SEARCHES, ablations = OM_RETRACTION_ABLATIONS;
+    const int nscenario =
+        count_wanted(d, OM_RETRACTION_SCENARIOS | ablations | searches, RETRACTION_NSCENARIO);
+    const int nlab = count_wanted(d, OM_RETRACTION_LABORATORY | searches, RETRACTION_NLAB);
+    const int npair = count_wanted(d, OM_RETRACTION_RANDOM | ablations, RETRACTION_NPAIR);
+    const int nalarm = count_wanted(d, OM_RETRACTION_ALARMS, RETRACTION_NALARM);
+    const int nkidney = count_wanted(d, OM_RETRACTION_KIDNEY, RETRACTION_NKIDNEY);
     const bool is_developed = d->draw.kind == OM_DRAW_DEVELOPMENT;
     const int first_pair = is_developed ? RETRACTION_DEV_PAIR : RETRACTION_FIRST_PAIR;
     const int first_alarm = is_developed ? RETRACTION_DEV_ALARM : RETRACTION_FIRST_ALARM;
-    const bool is_searched = d->parts & OM_RETRACTION_SEARCHES;
-    const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated || is_searched
-                              ? count_wanted(d, RETRACTION_NSCENARIO, 1)
-                              : 0;
-    for (int i = 0; i < RETRACTION_NSCENARIO; ++i) {
-        OM_TRY(add_scenario(s, i + 1, RETRACTION_FEWER, i < nscenario));
-        OM_TRY(add_scenario(s, i + 1, RETRACTION_MORE, i < nscenario));
+    char name[64];
+    RetractionResult* r;
+    for (int i = 0; i < 2 * RETRACTION_NSCENARIO; ++i) {
+        const RetractionKind kind = i % 2 ? RETRACTION_MORE : RETRACTION_FEWER;
+        const int number = i / 2 + 1;
+        snprintf(name, sizeof name, "scenario-%d-%s", number, om__retraction_kind_name[kind]);
+        r = add(s, name, number <= nscenario);
+        if (r) OM_TRY(om__retraction_scenario(number, kind, d->is_quick, &r->c));
     }
-    const int nlab = d->parts & OM_RETRACTION_LABORATORY || is_searched
-                         ? count_wanted(d, RETRACTION_NLAB, 1)
-                         : 0;
-    for (int i = 0; i < RETRACTION_NLAB; ++i)
-        add_other(s, om__retraction_lab(i, d->is_quick), i < nlab);
-    int npair = d->parts & OM_RETRACTION_RANDOM || is_ablated ? RETRACTION_NPAIR : 0;
-    if (npair > 0) npair = count_wanted(d, npair, 1);
-    for (int i = 0; i < RETRACTION_NPAIR; ++i)
-        OM_TRY(add_pair(s, first_pair + i, i >= d->first && i < d->first + npair));
-    const int nalarm = d->parts & OM_RETRACTION_ALARMS ? count_wanted(d, RETRACTION_NALARM, 1) : 0;
-    for (int i = 0; i < RETRACTION_NALARM; ++i)
-        OM_TRY(add_alarm(s, first_alarm + i, i >= d->first && i < d->first + nalarm));
-    const int nkidney =
-        d->parts & OM_RETRACTION_KIDNEY ? count_wanted(d, RETRACTION_NKIDNEY, 1) : 0;
-    for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i)
-        add_other(s, om__retraction_kidney(i, d->data, d->is_quick), i < nkidney);
+    for (int i = 0; i < RETRACTION_NLAB; ++i) {
+        const RetractionCase c = om__retraction_lab(i, d->is_quick);
+        if ((r = add(s, c.name, i < nlab)) != NULL) r->c = c;
+    }
+    for (int i = 0; i < RETRACTION_NPAIR; ++i) {
+        om__retraction_pair_name(first_pair + i, &d->draw, name, sizeof name);
+        r = add(s, name, i >= d->first && i < d->first + npair);
+        if (!r) continue;
+        // a search asks for what is possible where DEFRAS failed
+        r->is_asked = r->is_asked || d->parts & searches;
+        OM_TRY(om__retraction_pair(first_pair + i, &d->draw, d->is_quick, &r->c));
+    }
+    for (int i = 0; i < RETRACTION_NALARM; ++i) {
+        om__retraction_alarm_name(first_alarm + i, &d->draw, name, sizeof name);
+        r = add(s, name, i >= d->first && i < d->first + nalarm);
+        if (r) OM_TRY(om__retraction_alarm(first_alarm + i, &d->draw, d->is_quick, &r->c));
+    }
+    for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i) {
+        const RetractionCase c = om__retraction_kidney(i, d->data, d->is_quick);
+        if ((r = add(s, c.name, i < nkidney)) != NULL) r->c = c;
+    }
     return OM_OK;
 }
 
 // ---- scores -------------------------------------------------------------------------------------------------------
 
+// Not measured: NaN.
 static double median(StudySample s) { return s.n ? s.median : (double)NAN; }
 
 static bool is_exposed(const RetractionResult* r) {

@@ -291,25 +291,25 @@ static OmStatus make_ceiling(Task* t, const OmProgress* alive) {
 
 // ---- files -------------------------------------------------------------------------------------------------------
 
-static OmStatus save(const Retraction* s, const Task* t) {
+// The file of a run or a search, and what it holds.
+static StudyPart part_of(Task* t, char name[96]) {
+    snprintf(name, 96, "%s.bin", t->name);
+    RetractionRun* run = &t->result->run[is_search(t->row) ? 0 : t->row];
+    return is_search(t->row) ? (StudyPart){&t->found, sizeof t->found}
+                             : (StudyPart){run, sizeof *run};
+}
+
+static OmStatus save(const Retraction* s, Task* t) {
     char name[96];
-    snprintf(name, sizeof name, "%s.bin", t->name);
-    RetractionResult* r = t->result;
     if (t->row == PREPLAN) return OM_OK;
-    if (!is_search(t->row))
-        return om__match_save_result(s->def->out_dir, name, t->hash, &r->run[t->row],
-                                     sizeof r->run[t->row]);
-    return om__match_save_result(s->def->out_dir, name, t->hash, &t->found, sizeof t->found);
+    const StudyPart part = part_of(t, name);
+    return om__study_save_parts(s->def->out_dir, name, t->hash, &part, 1);
 }
 
 static bool load(const Retraction* s, Task* t) {
     char name[96];
-    snprintf(name, sizeof name, "%s.bin", t->name);
-    RetractionResult* r = t->result;
-    if (!is_search(t->row))
-        return om__match_load_result(s->def->out_dir, name, t->hash, &r->run[t->row],
-                                     sizeof r->run[t->row]);
-    return om__match_load_result(s->def->out_dir, name, t->hash, &t->found, sizeof t->found);
+    const StudyPart part = part_of(t, name);
+    return om__study_load_parts(s->def->out_dir, name, t->hash, &part, 1);
 }
 
 // What both arms find counts where one arm finds nothing.

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/sense.h"
 #include "studies/study_sheet_internal.h"
+#include "studies/study_table.h"
 
 #define WIDTH 560
 #define HEIGHT 400
@@ -70,23 +70,16 @@ static OmStatus add(OmSenseScene* scene, OmSurface* surface, OmSenseLook look) {
     return status;
 }
 
-static OmStatus render(const Sheet* s, const OmSenseScene* scene, const char* caption,
-                       OmReport* report) {
-    OmPicture picture = {0};
-    OmCamera camera = {.pose_world_camera = om_pose_look_at(
-                           om_vec3(0.14, -0.16, 0.09), om_vec3(0.005, 0, 0.01), om_vec3(0, 0, 1)),
-                       .width = WIDTH,
-                       .height = HEIGHT,
-                       .fov = 25 * OM_PI / 180,
-                       .near_m = 0.01,
-                       .far_m = 10};
-    OmSenseOptions options = om_sense_options_default();
-    options.nworker = s->def->nworker;
-    OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
-    OmStatus status = om_sense_render(scene, &camera, &options, &picture);
-    if (status == OM_OK) om_report_picture(report, &picture, caption);
-    om_picture_done(&picture);
-    return status;
+static OmStatus render(const Sheet* s, OmSenseScene* scene, const char* caption, OmReport* report) {
+    const OmCamera camera = {
+        .pose_world_camera =
+            om_pose_look_at(om_vec3(0.14, -0.16, 0.09), om_vec3(0.005, 0, 0.01), om_vec3(0, 0, 1)),
+        .width = WIDTH,
+        .height = HEIGHT,
+        .fov = 25 * OM_PI / 180,
+        .near_m = 0.01,
+        .far_m = 10};
+    return om__report_render(report, scene, &camera, s->def->nworker, caption);
 }
 
 typedef struct Shown {
@@ -105,7 +98,6 @@ static OmStatus add_picture(const Sheet* s, const Shown* v, const char* caption,
     OM_TRY_DONE(add(scene, &surface, (OmSenseLook){.red = 0.8, .green = 0.35, .blue = 0.1}));
     OM_TRY_DONE(make_dots(v->ncloud, v->cloud, &surface));
     OM_TRY_DONE(add(scene, &surface, (OmSenseLook){.red = 0.1, .green = 0.3, .blue = 0.8}));
-    OM_TRY_DONE(om_sense_scene_commit(scene));
     status = render(s, scene, caption, report);
 done:
     om_sense_scene_destroy(scene);

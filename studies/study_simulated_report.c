@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/sense.h"
 #include "omentum/shape_meshing.h"
 #include "studies/study_hand.h"
 #include "studies/study_internal.h"
@@ -85,13 +84,9 @@ static void add_calibration(const Sim* s, OmReport* report) {
 
 // ---- pictures -------------------------------------------------------------------------------------------
 
-typedef struct Look {
-    double red, green, blue;
-} Look;
-
 // Triangles of which most vertices have this class; class null: all.
 static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const unsigned char* class,
-                         int which, Look look) {
+                         int which, OmSenseLook look) {
     OmSurface part;
     int id;
     OM_TRY(om_surface_init(&part, surface->nvert, surface->ntri));
@@ -104,8 +99,7 @@ static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const un
         if (major == which) memcpy(part.tri_vert + 3 * (size_t)n++, v, 3 * sizeof *v);
     }
     part.ntri = n;
-    OmSenseLook how = {.red = look.red, .green = look.green, .blue = look.blue};
-    OmStatus status = n ? om_sense_scene_add(scene, &part, &how, &id) : OM_OK;
+    OmStatus status = n ? om_sense_scene_add(scene, &part, &look, &id) : OM_OK;
     om_surface_done(&part);
     return status;
 }
@@ -113,7 +107,6 @@ static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const un
 // The scene from direction `from`, and into the report.
 static OmStatus render(int nworker, OmSenseScene* scene, const OmSurface* surface, OmVec3 from,
                        const char* caption, OmReport* report) {
-    OmPicture picture = {0};
     OmVec3 center = om_vec3(0, 0, 0);
     double radius = 0;
     for (int i = 0; i < surface->nvert; ++i)
@@ -121,25 +114,18 @@ static OmStatus render(int nworker, OmSenseScene* scene, const OmSurface* surfac
     for (int i = 0; i < surface->nvert; ++i)
         radius = fmax(radius, om_distance(center, om_load3(surface->x, i)));
     OmVec3 up = fabs(from.z) < 0.9 ? om_vec3(0, 0, 1) : om_vec3(0, 1, 0);
-    OmCamera camera = {.pose_world_camera =
-                           om_pose_look_at(om_madd(center, 4 * radius, from), center, up),
-                       .width = WIDTH,
-                       .height = HEIGHT,
-                       .fov = 32 * OM_PI / 180,
-                       .near_m = 0.01,
-                       .far_m = 10};
-    OmSenseOptions options = om_sense_options_default();
-    options.nworker = nworker;
-    OM_TRY(om_sense_scene_commit(scene));
-    OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
-    OmStatus status = om_sense_render(scene, &camera, &options, &picture);
-    if (status == OM_OK) om_report_picture(report, &picture, caption);
-    om_picture_done(&picture);
-    return status;
+    const OmCamera camera = {.pose_world_camera =
+                                 om_pose_look_at(om_madd(center, 4 * radius, from), center, up),
+                             .width = WIDTH,
+                             .height = HEIGHT,
+                             .fov = 32 * OM_PI / 180,
+                             .near_m = 0.01,
+                             .far_m = 10};
+    return om__report_render(report, scene, &camera, nworker, caption);
 }
 
 OmStatus om__sim_add_rest(const SimBody* b, int nworker, const char* caption, OmReport* report) {
-    static const Look look[4] = {
+    static const OmSenseLook look[4] = {
         {0.75, 0.7, 0.6}, {0.1, 0.25, 0.8}, {0.8, 0.1, 0.08}, {0.1, 0.55, 0.15}};
     const OmSurface* surface = &b->sample->surface;
     int n = surface->nvert;
@@ -177,8 +163,8 @@ OmStatus om__sim_add_deformed(const SimBody* b, int nworker, const char* caption
     OM_TRY_DONE(om__hand_surface(surface, sample->surface_vert, sample->x, &truth));
     OM_TRY_DONE(om__hand_surface(surface, sample->surface_vert, b->x, &moved));
     OM_TRY_DONE(om_sense_scene_create(&scene));
-    OM_TRY_DONE(add_part(scene, &truth, NULL, 0, (Look){0.1, 0.55, 0.15}));
-    OM_TRY_DONE(add_part(scene, &moved, NULL, 0, (Look){0.85, 0.7, 0.1}));
+    OM_TRY_DONE(add_part(scene, &truth, NULL, 0, (OmSenseLook){0.1, 0.55, 0.15}));
+    OM_TRY_DONE(add_part(scene, &moved, NULL, 0, (OmSenseLook){0.85, 0.7, 0.1}));
     OmVec3 side = om_quat_rotate(b->grid.pose_world_grid.q, om_vec3(0.4, -0.8, 0.45));
     status = render(nworker, scene, &truth, om_normalize(side), caption, report);
 done:

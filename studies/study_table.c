@@ -1,6 +1,7 @@
 // study_table.c: what the reports of all studies share: tables by rows, sentences with numbers, files of a folder.
 #include "studies/study_table.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <string.h>
 
@@ -136,6 +137,21 @@ void om__report_facts(OmReport* report, const char* label, const char* format, .
     om_report_facts(report, values, names, nvalue < nname ? nvalue : nname);
 }
 
+// ---- pictures -------------------------------------------------------------------------------------
+
+OmStatus om__report_render(OmReport* report, OmSenseScene* scene, const OmCamera* camera,
+                           int nworker, const char* caption) {
+    OmPicture picture = {0};
+    OmSenseOptions options = om_sense_options_default();
+    options.nworker = nworker;
+    OM_TRY(om_sense_scene_commit(scene));
+    OM_TRY(om_picture_init(&picture, camera->width, camera->height, 3));
+    OmStatus status = om_sense_render(scene, camera, &options, &picture);
+    if (status == OM_OK) om_report_picture(report, &picture, caption);
+    om_picture_done(&picture);
+    return status;
+}
+
 // ---- files ----------------------------------------------------------------------------------------
 
 OmStatus om__report_end(OmReport* report, const char* dir, OmStatus status) {
@@ -189,6 +205,13 @@ void om__put_object(OmJson* json, const char* key, const char* format, ...) {
     put_all(json, format, args);
     om_json_close(json, '}');
     va_end(args);
+}
+
+double om__finite(double value) { return isfinite(value) ? value : 1e300; }
+
+void om__put_vec3(OmJson* json, const char* key, OmVec3 v) {
+    const double x[3] = {om__finite(v.x), om__finite(v.y), om__finite(v.z)};
+    om_json_numbers(json, key, x, 3);
 }
 
 OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status) {

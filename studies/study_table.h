@@ -12,6 +12,7 @@
 #define OMENTUM_STUDY_TABLE_H
 
 #include "omentum/report.h"
+#include "omentum/sense.h"
 #include "studies/study.h"
 #include "studies/study_stats.h"
 
@@ -45,6 +46,9 @@ void om__report_head(OmReport* report, const char* format, ...) OM_PRINTF(2, 3);
 void om__report_judge(OmReport* report, bool is_good, const char* format, ...) OM_PRINTF(3, 4);
 // Labels, and as many values, between bars.
 void om__report_facts(OmReport* report, const char* label, const char* format, ...) OM_PRINTF(3, 4);
+// A picture of a scene, which is committed before, seen by a camera.
+OmStatus om__report_render(OmReport* report, OmSenseScene* scene, const OmCamera* camera,
+                           int nworker, const char* caption);
 // Write DIR/report.html; after a failure the report is freed and the failure returned.
 OmStatus om__report_end(OmReport* report, const char* dir, OmStatus status);
 
@@ -54,6 +58,9 @@ OmJson om__json(OmText* text);
 void om__put(OmJson* json, const char* format, ...) OM_PRINTF(2, 3);
 // An object of them; key: null inside an array.
 void om__put_object(OmJson* json, const char* key, const char* format, ...) OM_PRINTF(3, 4);
+// Three numbers; the largest one stands for infinity and NaN, which JSON has not.
+void om__put_vec3(OmJson* json, const char* key, OmVec3 v);
+double om__finite(double value);
 // Write DIR/study.json, unless its making has failed, and free the text.
 OmStatus om__study_save_json(const char* dir, OmJson* json, OmStatus status);
 

@@ -1,7 +1,7 @@
-// test_study_interval.c: intervals against published values, and how often they hold the truth.
+// test_study_interval.c: intervals against published values, and how often they hold the truth; columns of values.
 #include "base/base_rng.h"
 #include "studies/study_stats.h"
-#include "test_common.h"
+#include "test_alloc.h"
 
 // Newcombe 1998, Statistics in Medicine 17, 857-872, table I, method 3.
 static void shares_are_those_of_newcombe(void** unused) {
@@ -58,11 +58,51 @@ static void differences_change_sign_with_the_order(void** unused) {
     assert_true(a.lo < 0 && a.hi > 0.3);
 }
 
+// Squares and cubes of 0 to N - 1, in closed form: a mean of a column is neither the other's nor of fewer values.
+static OmStatus fill(void* unused) {
+    (void)unused;
+    enum { N = 201 };
+    StudyColumns c = {0};
+    StudySample square, cube, one;
+    for (int i = 0; i < N; ++i) {
+        const double x = N - 1 - i;  // descending: medians need an order
+        om__columns_add(&c, 2, (double[]){x * x, x * x * x});
+    }
+    om__column_add(&c, 2, 7);
+    OM_TRY(om__columns_end(&c, 3, (StudySample*[]){&square, &cube, &one}));
+    const double n = N - 1;
+    assert_int_equal(square.n, N);
+    assert_int_equal(cube.n, N);
+    assert_int_equal(one.n, 1);
+    assert_near(square.mean, n * (2 * n + 1) / 6, 1e-9);
+    assert_near(cube.mean, n * n * (n + 1) / 4, 1e-6);
+    assert_near(cube.median, 1e6, 1e-9);
+    assert_near(one.median, 7, 0);
+    return OM_OK;
+}
+
+static void columns_are_kept_apart(void** unused) {
+    (void)unused;
+    assert_ok(fill(NULL));
+    StudyColumns none = {0};
+    StudySample s = {.n = 3};
+    assert_ok(om__columns_end(&none, 1, (StudySample*[]){&s}));
+    assert_int_equal(s.n, 0);
+}
+
+// 201 values need 64, 192 and 448 places: three times for each of two columns, and once for the third.
+static void columns_without_memory(void** unused) {
+    (void)unused;
+    assert_int_equal(test_failing_allocations(fill, NULL, 1), 7);
+}
+
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(shares_are_those_of_newcombe),
         cmocka_unit_test(differences_hold_the_truth),
         cmocka_unit_test(differences_change_sign_with_the_order),
+        cmocka_unit_test(columns_are_kept_apart),
+        cmocka_unit_test(columns_without_memory),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
