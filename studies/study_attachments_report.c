@@ -47,10 +47,8 @@ static void add_table(const Att* s, OmReport* report) {
             om__table_row(&table, "||");
         om__table_row(&table, "%s", thesis[guess]);
     }
-    om_report_heading(report, "Table 4.1");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report,
+    om__table_show(
+        &table, report, "Table 4.1",
         "Median and quartiles over views. The thesis's columns are its Table 4.1: other tissue, other layouts "
         "and a network in place of the update; beside one view stands its row TestV, less than half of the surface "
         "visible. A refused update counts as no attachment. Lost views have no correspondence, so the network says "
@@ -78,8 +76,7 @@ static void add_layouts(const Att* s, OmReport* report) {
                       1e3 * same, u->ms);
         om__table_cell(&table, u->is_accepted ? "" : u->reason);
     }
-    om_report_heading(report, "Layouts");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Layouts", NULL);
 }
 
 // The underside from above, x to the right, y up: found and true, missed, wrong.
@@ -103,9 +100,8 @@ static void add_map(const Att* s, int layout, OmReport* report) {
 }
 
 static void add_maps(const Att* s, OmReport* report) {
-    om_report_heading(report, "Attachments found");
-    om_report_paragraph(
-        report,
+    om__report_section(
+        report, "Attachments found",
         "The underside from above: # found and true, o missed, + found and not true, . free. From "
         "left to right: views 1, 2, 3, and all three.");
     for (int i = 0; i < s->nlayout; ++i) add_map(s, i, report);
@@ -165,9 +161,8 @@ static OmStatus write_report(const Att* s) {
     add_calibration(s, &report);
     add_maps(s, &report);
     OmStatus status = add_pictures(s, &report);
-    om_report_heading(&report, "How");
-    om_report_paragraph(
-        &report,
+    om__report_section(
+        &report, "How",
         "The truth is a sheet of 120 x 120 x 5 mm on a board in the simulated world: one and a half times the "
         "twin's cells along a side, two layers, 0.85 of its stiffness. Each layout is grasped at three places "
         "and lifted by 30, 40 or 50 mm by one arm; the depth camera sees it with the noise of a D435 and the tool "

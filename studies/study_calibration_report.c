@@ -94,10 +94,8 @@ static void add_parameters(const StudyCalibration* s, OmReport* report) {
                       1e3 * r[i]->best[1], r[i]->best[2], 1e3 * r[i]->cost_start, 1e3 * r[i]->cost,
                       r[i]->neval, thesis[i]);
     }
-    om_report_heading(report, "Parameters (thesis, Table 3.2)");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report,
+    om__table_show(
+        &table, report, "Parameters (thesis, Table 3.2)",
         "The gel's search is global (differential evolution, then a direct search) within 5-35 mm, "
         "2.5-15 mm and 0-1, and begins at the thesis's parameters of the gel; fine-tuning is the direct "
         "search alone, from the gel's best, within 40 % of the range. Errors are means of (3.15). "
@@ -145,11 +143,9 @@ static void add_beads(const StudyCalibration* s, OmReport* report) {
         OmVec3 rigid = om_madd(c, -t->at[last].depth, l->normal);
         om__table_row(&table, "%.2f", 1e3 * om_distance(rigid, t->at[last].contour));
     }
-    om_report_heading(report, "On the gel");
-    om__table_end(&table, report);
-    om_report_paragraph(report,
-                        "Error at the best parameters by bead and indentation, mean of the "
-                        "acquisitions. An empty cell: the truth found no equilibrium there.");
+    om__table_show(&table, report, "On the gel",
+                   "Error at the best parameters by bead and indentation, mean of the "
+                   "acquisitions. An empty cell: the truth found no equilibrium there.");
 }
 
 // Table 3.6 of one method.
@@ -210,9 +206,8 @@ static void add_unseen(const StudyCalibration* s, OmReport* report) {
 static void add_assumptions(const StudyCalibration* s, OmReport* report) {
     const OmStudyCalibrationDef* d = s->def;
     const OmStudyContactDef* c = &s->breast.contact;
-    om_report_heading(report, "Assumptions");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "Assumptions",
         "Truth, on both bodies: %d and %d quadratic tetrahedra, static, lesions and beads %.1f times as "
         "stiff, contact without friction, and the noise of the tracking (%.2f mm once per acquisition, %.2f mm "
         "at each depth), never particles. The %d acquisitions of a bead have the same truth and differ in their noise.",

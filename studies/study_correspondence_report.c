@@ -119,9 +119,8 @@ static OmStatus write_report(const Cor* s) {
     OmStatus status = add_chart(s, &report);
     if (status == OM_OK) status = add_cases(s, &report);
     if (status == OM_OK) status = add_pictures(s, &report);
-    om_report_heading(&report, "How");
-    om__report_say(
-        &report,
+    om__report_section(
+        &report, "How",
         "The truth is a sheet of 120 x 120 x 5 mm on a board in the simulated world: one and a half times "
         "the twin's cells along a side, 0.85 of its stiffness, moved by the world's arms and seen "
         "by its depth camera. A scan has points %.1f mm apart; the scans have %d to %d points, the twin's "

@@ -134,13 +134,11 @@ static OmStatus write_json(const OmStudyCurveDef* d, const OmStudyCurveSummary* 
     om_json_open(&json, "points", '[');
     for (int k = 0; k < s->npoint; ++k) {
         const OmStudyCurvePoint* p = &s->point[k];
-        om_json_open(&json, NULL, '{');
-        om__put(
-            &json,
+        om__put_object(
+            &json, NULL,
             "samples %d|epochs %d|best_epoch %d|dsc %f|dsc_median %f|tpr %f|ece %f|dsc_trained %f",
             p->nsample, p->nepoch, p->best_epoch, p->dsc, p->dsc_median, p->tpr, p->ece,
             p->dsc_trained);
-        om_json_close(&json, '}');
     }
     om_json_close(&json, ']');
     if (s->npoint > 1) om_json_number(&json, "gain_of_twice", s->gain);

@@ -39,8 +39,7 @@ static void add_ways(const Kidney* s, OmReport* report) {
                       om__kidney_way_title[way], 1e3 * t->mean, 1e3 * t->worst, t->ratio,
                       1e3 * t->volume, t->dsc, 100 * t->tpr, t->nrefused, t->nloose, t->ms);
     }
-    om_report_heading(report, "Dissection: ways compared");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Dissection: ways compared", NULL);
     om__report_say(
         report,
         "Rows: %d; views of a run: %d; runs, each with other noise: %d; tetrahedra of the truth: %d. Mean: AVE of "
@@ -171,8 +170,8 @@ static void add_samples_table(const Kidney* s, OmReport* report) {
     om__table_row(&table, "|Zero: none|0|0");
     om__table_quartiles(&table, 1e3, "%.1f", m->zero);
     om__table_row(&table, "%s", "");
-    om_report_heading(report, "Samples: random attachments and loads, the network alone");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Samples: random attachments and loads, the network alone",
+                   NULL);
     om__report_say(
         report,
         "Median and quartiles over %d samples of one geometry, seed %d (the thesis has 600); median of the "

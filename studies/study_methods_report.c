@@ -76,8 +76,7 @@ static void add_costs(const StudyMethods* s, OmReport* report) {
             om__table_row(&table, "%.2f", r->ms);
         om__table_row(&table, "%.1f|%.2f", 100 * r->stability, 1e3 * r->mean);
     }
-    om_report_heading(report, "Time and stability (thesis, Table 3.5)");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Time and stability (thesis, Table 3.5)", NULL);
 }
 
 // Fig. 3.11 and the pairs behind it.
@@ -144,16 +143,14 @@ static void add_statements(const StudyMethods* s, OmReport* report) {
                           "known beforehand (prescribed), or found (penalty, multipliers)|found|"
                           "known beforehand; other places are reported");
     om__table_row(&table, "forces|on the probe and at the attachments|none (clusters)|none");
-    om_report_heading(report, "Properties of the methods (thesis, Table 3.7)");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Properties of the methods (thesis, Table 3.7)", NULL);
 }
 
 static void add_assumptions(const StudyMethods* s, OmReport* report) {
     const OmStudyMethodsDef* d = s->def;
     const OmStudyContactDef* c = &s->fit.contact;
-    om_report_heading(report, "Assumptions");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "Assumptions",
         "Truth: %d quadratic tetrahedra, static, lesions %.1f times as stiff, contact without friction, and the "
         "noise of the tracking (%.2f mm once a lesion, %.2f mm at each depth). Finite elements: %d linear "
         "tetrahedra, %s, %.0f Pa, %.2f. Particles: %d, %.3g mm apart; clusters of %.2f mm, radius %.2f mm, "

@@ -150,9 +150,8 @@ static OmStatus add_pictures(const Phantoms* s, int way, OmReport* report) {
 // ---- report.html ------------------------------------------------------------------------------------------------
 
 static void add_how(OmReport* report) {
-    om_report_heading(report, "How");
-    om_report_paragraph(
-        report,
+    om__report_section(
+        report, "How",
         "In place of silicone on a bench stands the simulated world: more than twice the vertices of the twin, "
         "Mooney-Rivlin's law, 0.85 of its stiffness, weight, friction on the board and the capsule, arms in view, "
         "noise of a D435 and of measured tips, and a camera 1 mm away from where the robot believes it. Stitches "
@@ -179,9 +178,8 @@ static void add_failures(const Phantoms* s, OmReport* report) {
     const OmStudyPhantomsSummary* sum = &s->sum;
     StudyLines text = {0};
     char name[64];
-    om_report_heading(report, "What failed");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "What failed",
         "Lifts that ended before the free length: %d of %d. Steps without correspondence, of which the network "
         "says nothing: %d of %d. Simulations with an estimate that stopped before the whole lift, and count with "
         "the part that they reached: %d.",

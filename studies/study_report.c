@@ -191,10 +191,9 @@ static void add_stability(const Study* s, const StudyScore* score, OmReport* rep
                 om__table_cell(&table, "-");
         }
     }
-    om_report_heading(report, "How far they come");
-    om_report_paragraph(
-        report, "Share of the path completed, in per cent: mean, median, and range over the "
-                "lesions; beside it the thesis's (Table 3.4).");
+    om__report_section(report, "How far they come",
+                       "Share of the path completed, in per cent: mean, median, and range over the "
+                       "lesions; beside it the thesis's (Table 3.4).");
     om__table_end(&table, report);
 }
 
@@ -240,9 +239,8 @@ static void add_forces(const Study* s, OmReport* report) {
 // ---- assumptions --------------------------------------------------------------------------------
 
 static void add_truth(const Study* s, const StudyScore* score, OmReport* report) {
-    om_report_heading(report, "What the methods are measured against");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "What the methods are measured against",
         "Truth is another model: %d quadratic tetrahedra in double precision, lesions %.1f times as stiff "
         "as the tissue, static equilibrium, and a contact integrated over the faces, without friction, "
         "in which the mean gap, weighted by the pressure, is %.3f mm (median). The same on %d quadratic "

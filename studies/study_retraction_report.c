@@ -177,9 +177,8 @@ static OmStatus add_plans(const Retraction* s, OmReport* report) {
 static void add_threshold(const Retraction* s, OmReport* report) {
     const OmForceCalibration* f = &s->threshold.force;
     if (!s->has_threshold) return;
-    om_report_heading(report, "The force threshold (6.5.1)");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "The force threshold (6.5.1)",
         "%d grasps in %d layouts: median of the largest pulls %.3f N (quartiles %.3f and %.3f), so "
         "epsilon is %.2f N; the study uses %.2f N. The truth bears up to %.2f N more (95 %% of the "
         "instants). The thesis has a median of 0.15 N and 0.3 N, of nodal forces on its own mesh.",
@@ -196,8 +195,7 @@ static void add_replan(const Retraction* s, OmReport* report) {
             om__table_row(&table, "%.1f +- %.1f (%.0f)", 1e3 * s->replan.mean[g][f],
                           1e3 * s->replan.sd[g][f], 1e3 * thesis_replan[g][f]);
     }
-    om_report_heading(report, "Re-planning times (Table 6.4)");
-    om__table_end(&table, report);
+    om__table_show(&table, report, "Re-planning times (Table 6.4)", NULL);
     om__report_say(report,
                    "Processor time of one plan in ms, %d random states a cell; in brackets the "
                    "thesis's mean. Look-ahead is off.",
@@ -219,9 +217,8 @@ static void add_outcome(const Retraction* s, OmReport* report) {
 static void add_pairs(const Retraction* s, OmReport* report) {
     const OmRetractionPairs* p = &s->sum.pairs;
     if (p->ndrawn == 0) return;
-    om_report_heading(report, "Does a wrong belief matter?");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "Does a wrong belief matter?",
         "%d pairs were drawn. In %d the plan made with the believed attachments succeeds when it is "
         "carried out without looking: there the belief does no harm. In %d others no sequence of "
         "actions exposes the ROI, and %d are not searched yet. The other %d count: every row below "

@@ -196,10 +196,10 @@ done:
 }
 
 OmStatus om__study_sheet_add_pictures(const Sheet* s, OmReport* report) {
-    om_report_heading(report, "The sheet lifted");
-    om_report_paragraph(
-        report, "Orange: the points of the model and the surface through them; blue: the points "
-                "that the camera saw.");
+    om__report_section(
+        report, "The sheet lifted",
+        "Orange: the points of the model and the surface through them; blue: the points "
+        "that the camera saw.");
     OM_TRY(add_pinch(s, 1, report));
     OM_TRY(add_pinch(s, 3, report));
     return add_pinch(s, 0, report);

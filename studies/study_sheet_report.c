@@ -24,9 +24,8 @@ static void add_outcome(const OmStudySheetSummary* sum, OmReport* report) {
 
 static void add_experiment(const Sheet* s, OmReport* report) {
     const OmStudySheetDef* d = s->def;
-    om_report_heading(report, "The experiment");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "The experiment",
         "A sheet of 90 x 90 x 3 mm on a board, fixed on one side, is grasped at five pinch points and "
         "lifted by 10, 20 and 30 mm (thesis 5.4.1). The truth is %d x %d x 1 cells of quadratic finite "
         "elements of 20 kPa; a depth camera with the noise of a D435 sees it. The model is %d particles in "
@@ -67,10 +66,8 @@ static void add_params(const Sheet* s, OmReport* report) {
                       1e3 * om__study_sheet_pinch_mean(&s->thesis_error, left_out),
                       f ? f->result.neval : 0, f ? outcome[f->result.outcome] : "-");
     }
-    om_report_heading(report, "Parameters");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report,
+    om__table_show(
+        &table, report, "Parameters",
         "Bounds: 5-35 mm, 2.5-15 mm, 0-1 (thesis 3.5). The thesis prints its optimum without "
         "units (0.127, 0.095, 0.361); it is read as 12.7 mm and 9.5 mm. The row of the thesis's "
         "optimum is split as the first search.");
@@ -116,11 +113,10 @@ static void add_errors(const Sheet* s, OmReport* report) {
                       1e3 * (is_mean ? om__study_sheet_mean(thesis, -1)
                                      : om__study_sheet_pinch_mean(thesis, p)));
     }
-    om_report_heading(report, "Errors");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report, "Mean error of a cloud in mm by pinch point and lift: with what the first search "
-                "found, and in brackets with the thesis's optimum.");
+    om__table_show(
+        &table, report, "Errors",
+        "Mean error of a cloud in mm by pinch point and lift: with what the first search "
+        "found, and in brackets with the thesis's optimum.");
 }
 
 static OmStatus add_convergence(const Sheet* s, OmReport* report) {
@@ -151,9 +147,8 @@ static void add_cost(const Sheet* s, const OmStudySheetSummary* sum, OmReport* r
     double seconds = 0;
     for (int k = 0; k < s->nfold; ++k) seconds += s->fold[k].seconds;
     if (s->truth_seconds > 0) snprintf(truth, sizeof truth, "took %.0f s", s->truth_seconds);
-    om_report_heading(report, "What it cost");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "What it cost",
         "The truth %s. %d searches made %d evaluations, %d of them now, in %.0f s; one, of all five lifts, "
         "took %.2f s on %d processors. Folders without-N hold the problem, journal and report of each "
         "search; omentum calibrate takes them.",

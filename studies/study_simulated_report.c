@@ -236,9 +236,8 @@ static OmStatus add_gallery(const Sim* s, OmReport* report) {
 }
 
 static void add_method(const Sim* s, OmReport* report) {
-    om_report_heading(report, "How");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "How",
         "%d, %d, %d and %d samples of the generator, of seeds that no training and no choice has used%s%s. The "
         "thesis has 380. The first %d of each set are simulated; DSC and TPR are of all. Simulations: "
         "static finite elements of the sample's mesh and law, moved by the true displacement of the grasped "

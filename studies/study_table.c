@@ -99,6 +99,12 @@ void om__table_end(StudyTable* t, OmReport* report) {
     om_text_done(&t->text);
 }
 
+void om__table_show(StudyTable* t, OmReport* report, const char* heading, const char* text) {
+    om_report_heading(report, heading);
+    om__table_end(t, report);
+    if (text) om_report_paragraph(report, text);
+}
+
 // ---- sentences ------------------------------------------------------------------------------------
 
 void om__report_say(OmReport* report, const char* format, ...) {
@@ -109,6 +115,12 @@ void om__report_say(OmReport* report, const char* format, ...) {
 void om__report_head(OmReport* report, const char* format, ...) {
     PRINT(text, format);
     om_report_heading(report, text);
+}
+
+void om__report_section(OmReport* report, const char* heading, const char* format, ...) {
+    PRINT(text, format);
+    om_report_heading(report, heading);
+    om_report_paragraph(report, text);
 }
 
 void om__report_judge(OmReport* report, bool is_good, const char* format, ...) {

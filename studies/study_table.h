@@ -39,10 +39,15 @@ void om__report_depths(OmReport* report, const char* title, int n, const char* c
                        const double* depth, double error[][OM_STUDY_NDEPTH]);
 // Put the table into the report, if it has rows, and free it.
 void om__table_end(StudyTable* t, OmReport* report);
+// The same under a heading, with a paragraph below; null: none.
+void om__table_show(StudyTable* t, OmReport* report, const char* heading, const char* text);
 
 // As om_report_paragraph, om_report_heading, om_report_verdict, with numbers.
 void om__report_say(OmReport* report, const char* format, ...) OM_PRINTF(2, 3);
 void om__report_head(OmReport* report, const char* format, ...) OM_PRINTF(2, 3);
+// A heading, and a paragraph with numbers.
+void om__report_section(OmReport* report, const char* heading, const char* format, ...)
+    OM_PRINTF(3, 4);
 void om__report_judge(OmReport* report, bool is_good, const char* format, ...) OM_PRINTF(3, 4);
 // Labels, and as many values, between bars.
 void om__report_facts(OmReport* report, const char* label, const char* format, ...) OM_PRINTF(3, 4);

@@ -82,10 +82,8 @@ static void add_kinds(const Trust* s, OmReport* report) {
         const bool is_any = k->nclean + k->ncorrected > 0;
         om__table_row(&table, is_any ? "%.2f|%.2f" : "|", k->dice_right, k->dice);
     }
-    om_report_heading(report, "Wrong acquisitions");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report,
+    om__table_show(
+        &table, report, "Wrong acquisitions",
         "Accepted: used unchanged; most of these errors are too small to matter. Corrected: the update found that the "
         "camera had moved, and put its points where they are. Refused: the twin keeps its belief. Right cause: the "
         "reason of a refusal names the error that was made; for a part without depth this is too little depth, for "
@@ -151,10 +149,8 @@ static void add_sizes(const Trust* s, OmReport* report) {
         for (int k = 0; k < NSIZE; ++k)
             add_size_row(s, list[e].error, list[e].limit[k], list[e].limit[k + 1], row, &table);
     om_free(row);
-    om_report_heading(report, "Sizes");
-    om__table_end(&table, report);
-    om_report_paragraph(
-        report,
+    om__table_show(
+        &table, report, "Sizes",
         "Dice lost: that of the right data less that with the error, over accepted cases; below 0 it "
         "was higher with the error. Focal length and scale of depth: away from the true value, up or "
         "down.");
@@ -239,9 +235,8 @@ static void add_refused(const Trust* s, OmReport* report) {
 
 static void add_two(const Trust* s, OmReport* report) {
     const OmStudyTrustSummary* sum = &s->sum;
-    om_report_heading(report, "A right acquisition with a wrong one");
-    om__report_say(
-        report,
+    om__report_section(
+        report, "A right acquisition with a wrong one",
         "%d updates have two acquisitions: a right one, and the next lift, of which the picture shows other "
         "tissue. In %d the wrong one is left out or the update is refused (%d refused). In %d the update is "
         "accepted with a Dice more than %.2f below that of the right acquisition alone.",
