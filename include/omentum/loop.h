@@ -76,7 +76,9 @@ typedef struct OmTwinRecord {
     int nforce;    // times the force rose to where the arms act: threshold less margin
     double shift;  // m, mean displacement of the vertices while it came to rest
     int nadded;  // vertices that were attached to it, for it slid off without them (om_retract_run)
-    int nbad;    // steps with inverted elements, unsettled contact or energy gained
+    // rad and m, by which the model was moved before the operation onto the tissue at rest (om_retract_run); 0: not
+    double turned, shifted;
+    int nbad;  // steps with inverted elements, unsettled contact or energy gained
     int nvert, ntet;
     double step_ms;       // mean wall time of a step
     int nahead;           // grasping points tried by looking ahead
@@ -182,6 +184,8 @@ typedef struct OmLoopDef {
     double max_lag;
     bool is_settled;  // twin and world are at rest; default true; recorded in the result
     int nadded;  // vertices attached to a twin that slid off; default 0; recorded in the result
+    double turned,
+        shifted;  // rad and m, of the model before the operation; default 0; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
 

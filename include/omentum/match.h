@@ -197,6 +197,14 @@ typedef struct OmMatchVerdict {  // on one acquisition
     double other;      // ... where it shows something else
     char reason[256];  // "" if it is good and nothing was corrected
 } OmMatchVerdict;
+/// Where is the tissue that a scan shows at rest, before any tool has moved it? As an update judges OmAcquisition.rest, but
+/// with other limits for a motion that counts as a small error.
+/// @param max_turn, max_shift  rad and m, of such a motion
+/// @param verdict  is_moved with cause OM_MATCH_MOVED: pose_right_scan brings the scan to the model, its inverse the model
+///                 (om_site_move) to the scan. Otherwise not: it is good and fits, or `reason` says what is wrong
+/// @return OM_OK, also if the scan is not good; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
+OM_API OmStatus om_match_register(OmMatch* match, const OmScan* rest, double max_turn,
+                                  double max_shift, OmMatchVerdict* verdict);
 
 typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     int nvert;                    // of the site's mesh

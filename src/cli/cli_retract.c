@@ -167,6 +167,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
         printf(
             "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
             r->twin.nadded);
+    if (r->twin.turned > 0 || r->twin.shifted > 0)
+        printf(
+            "  registration: the model was turned by %.1f degrees and shifted by %.1f mm before the operation, onto the "
+            "tissue seen at rest\n",
+            180 / OM_PI * r->twin.turned, 1e3 * r->twin.shifted);
     if (r->effort.nmeasured > 0)
         printf(
             "  cloud: %d reaches to tissue that the depth camera sees up to %.1f mm from the twin's; %d jaws closed "
@@ -300,6 +305,8 @@ static int dry_run(OmCliRetract* s) {
         printf(
             "  note: the twin slid off while it settled; %d vertices more are attached, so that it stays\n",
             e.nadded);
+    if (e.registration.reason[0])
+        printf("  registration on the tissue at rest: %s\n", e.registration.reason);
     if (e.nplanned == 0) printf("  note: no plan is found: a run ends at once, with exit code 1\n");
     if (!e.is_settled) printf("  note: the tissue still moves when the operation begins\n");
     if (e.has_slid) printf("  note: the tissue slides while it settles\n");

@@ -233,6 +233,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->result.truth.visibility = NAN;
     begin_result(loop, def->is_settled);
     loop->result.twin.nadded = def->nadded;
+    loop->result.twin.turned = def->turned;
+    loop->result.twin.shifted = def->shifted;
     if (def->updater) om__updater_reset(def->updater);
     *out = loop;
     return OM_OK;

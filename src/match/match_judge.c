@@ -41,7 +41,7 @@
 
 OmStatus om__match_judge_begin(OmMatch* m, MatchJudge* j) {
     const double* rest;
-    *j = (MatchJudge){.match = m};
+    *j = (MatchJudge){.match = m, .max_turn = SMALL_TURN, .max_shift = SMALL_SHIFT};
     OM_TRY(om__match_rest_shape(m, &rest));
     OM_TRY(om_surface_tree_create(&m->surface, &j->tree));
     OM_ALLOC(j->patch, MAX_PATCH);
@@ -350,9 +350,9 @@ static bool is_fit(const Fit* fit, bool is_rest) {
     return is_rest ? fit->chi2 <= CHI2 : fit->explained >= LEAST;
 }
 
-static bool is_small(const OmMatchVerdict* v, const MatchGuess* g) {
-    return v->turn <= SMALL_TURN && v->shift <= SMALL_SHIFT && fabs(log(g->focal)) <= SMALL_RATIO &&
-           fabs(log(g->scale)) <= SMALL_RATIO;
+static bool is_small(const MatchJudge* j, const OmMatchVerdict* v, const MatchGuess* g) {
+    return v->turn <= j->max_turn && v->shift <= j->max_shift &&
+           fabs(log(g->focal)) <= SMALL_RATIO && fabs(log(g->scale)) <= SMALL_RATIO;
 }
 
 // The pose that fits best, and its uncertainty. What the samples leave open stays as stated, if a scan at rest fits
@@ -410,7 +410,7 @@ static bool is_corrected(MatchJudge* j, const Fit* fit, bool is_rest, OmMatchVer
     } else {
         v->turn = v->shift = 0;
     }
-    if (is_fit(&least, is_rest) && is_better && is_small(v, &best)) {
+    if (is_fit(&least, is_rest) && is_better && is_small(j, v, &best)) {
         *right = best;
         say_corrected(&best, v);
         return true;
@@ -438,6 +438,17 @@ OmStatus om__match_judge(MatchJudge* j, const OmScan* scan, bool is_rest, OmMatc
     v->is_moved = is_corrected(j, &fit, is_rest, v, right);
     if (v->is_moved || (v->is_good && is_fit(&fit, is_rest))) return OM_OK;
     return om__judge_find_cause(j, &stated, v);
+}
+
+OmStatus om_match_register(OmMatch* m, const OmScan* rest, double max_turn, double max_shift,
+                           OmMatchVerdict* v) {
+    MatchJudge j;
+    MatchGuess right;
+    OmStatus status = om__match_judge_begin(m, &j);
+    j.max_turn = max_turn, j.max_shift = max_shift;
+    if (status == OM_OK) status = om__match_judge(&j, rest, true, v, &right);
+    om__match_judge_done(&j);
+    return status;
 }
 
 OmStatus om__match_judge_view(MatchJudge* j, const OmScan* scan, const double* x,

@@ -46,11 +46,12 @@ typedef struct MatchJudge {  // om__match_judge_done frees
     double* sag;          // m, by which its own weight has moved a triangle   (ntri)
     int nsample, capacity;
     MatchSample* sample;
-    MatchPatch* patch;  // by hash                                       (MAX_PATCH)
-    OmVec3 center;      // of the samples, frame of the camera
-    double radius;      // m, their mean distance from it
-    double size;        // m, mean distance of the model's vertices from their middle
-    bool is_any;        // samples may lie on any surface: their classes are not known
+    MatchPatch* patch;           // by hash                                       (MAX_PATCH)
+    OmVec3 center;               // of the samples, frame of the camera
+    double radius;               // m, their mean distance from it
+    double size;                 // m, mean distance of the model's vertices from their middle
+    bool is_any;                 // samples may lie on any surface: their classes are not known
+    double max_turn, max_shift;  // rad and m, of a motion that is corrected
     const OmScan* scan;
     double* xs;  // of the surface, scratch                              (nvert x 3)
 } MatchJudge;

@@ -86,6 +86,14 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
             r->twin.nadded);
         om_report_paragraph(report, text);
     }
+    if (r->twin.turned > 0 || r->twin.shifted > 0) {
+        snprintf(
+            text, sizeof text,
+            "Before the operation the model was turned by %.1f degrees and shifted by %.1f mm, onto the tissue "
+            "that the depth camera saw at rest.",
+            180 / OM_PI * r->twin.turned, 1e3 * r->twin.shifted);
+        om_report_paragraph(report, text);
+    }
     if (r->effort.nmeasured > 0) {
         snprintf(
             text, sizeof text,

@@ -8,6 +8,7 @@
 #include "omentum/world_log.h"
 #include "retract/retract_belief.h"
 #include "retract/retract_journal.h"
+#include "retract/retract_register.h"
 #include "retract/retract_view.h"
 #include "retract/retract_watch.h"
 
@@ -44,7 +45,8 @@ typedef struct Setup {
     OmMonitor* monitor;  // null: the scene has none
     OmAhead* ahead;      // null: the scene does not look ahead
     OmLoop* loop;
-    int nadded;  // attachments that hold a twin that slid off
+    int nadded;                   // attachments that hold a twin that slid off
+    OmMatchVerdict registration;  // on the tissue at rest
 } Setup;
 
 static void setup_done(Setup* s) {
@@ -120,6 +122,9 @@ static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmPro
     } else {
         OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
     }
+    const OmStatus world = build_world(def, replay, progress, s);
+    OM_TRY(world);
+    if (!replay) OM_TRY(om__retract_register(scene, s->world, &s->twin_site, &s->registration));
     OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;
@@ -128,9 +133,8 @@ static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmPro
     OM_TRY(om_planner_create(&planner, &s->planner));
     OmStatus twin = om__rest_settle(scene, s->twin, &s->nadded);
     OM_TRY(twin);
-    OmStatus world = build_world(def, replay, progress, s);
     *is_settled = twin == OM_OK && world == OM_OK;
-    return world;
+    return OM_OK;
 }
 
 // An updater, if the scene corrects the twin's attachments or acquisitions are recorded.
@@ -207,6 +211,8 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
     loop.nadded = s->nadded;
+    loop.turned = s->registration.is_moved ? s->registration.turn : 0;
+    loop.shifted = s->registration.is_moved ? s->registration.shift : 0;
     loop.wall_begin = wall_begin;
     OM_TRY(build_updater(def, replay, s));
     loop.updater = s->updater;
@@ -300,6 +306,7 @@ static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEsti
     e->world_nvert = r->truth.nvert, e->world_ntet = r->truth.ntet;
     e->twin_norgan = s->twin_site.soft.nvert, e->world_norgan = s->world_site.soft.nvert;
     e->nadded = r->twin.nadded;
+    e->registration = s->registration;
     e->twin_nattached = om__count_attached(s->twin) - r->twin.nadded;
     e->world_nattached = om__count_attached(om_world_truth(s->world));
     e->nblock = loop->grid.n * loop->grid.n;

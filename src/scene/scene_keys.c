@@ -337,6 +337,8 @@ static const OmYamlField update_field[] = {
      .help = "weights of BA-Net that an estimate asks: none, installed, or a file"},
     {"check", OM_YAML_BOOL, AT(OmSceneUpdate, is_checked),
      .help = "is an estimate adopted only if the updated twin is closer to what the camera sees?"},
+    {"register", OM_YAML_BOOL, AT(OmSceneUpdate, registers),
+     .help = "is the model moved, before the operation, onto the tissue seen at rest?"},
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 

@@ -76,7 +76,8 @@ OmScene om_scene_default(void) {
                                .min_lift = 0.01,
                                .rest = 0.3,
                                .network = "none",
-                               .is_checked = true};
+                               .is_checked = true,
+                               .registers = true};
     s.monitor = (OmSceneMonitor){.limit = {2 * MM, 4 * MM, 6 * MM},
                                  .hysteresis = 0.5 * MM,
                                  .rate = 30,
