@@ -169,10 +169,13 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, StudyCo
     score->nsuccess += run->is_success;
     score->nsuccess_possible += run->is_success && is_possible;
     if (run->is_success && r->has_ceiling && r->ceiling.is_possible)
-        score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.best.naction);
+        om__column_add(c, 5, run->naction - r->ceiling.best.naction);
+    score->nforce += run->force_world > RETRACTION_MAX_FORCE * run->epsilon;
+    score->nheld += run->outcome == OM_RETRACT_HELD;
+    score->nheld_alone +=
+        run->outcome == OM_RETRACT_HELD && r->has_ceiling && r->ceiling.is_possible;
     score->ntrigger += run->ntrigger;
     score->ngood += run->ngood;
-    score->ngood_alone += run->ngood_alone;
     score->nfalse +=
         r->c.kind == RETRACTION_SAME && run->nwarning[0] + run->nwarning[1] + run->nwarning[2] > 0;
 }
@@ -180,17 +183,18 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, StudyCo
 static OmStatus score_row(const Retraction* s, RetractionGroup group, OmRetractionRow row,
                           OmRetractionScore* score) {
     StudyColumns c = {0};
-    StudySample q[5];
+    StudySample q[6];
     *score = (OmRetractionScore){0};
     for (int i = 0; i < s->ncase; ++i) {
         const RetractionResult* r = &s->result[i];
         const bool counts = row == OM_RETRACTION_OPEN_LOOP || om__retraction_counts(s, r);
         if (r->c.group == group && r->has_run[row] && counts) add_run(r, &r->run[row], &c, score);
     }
-    OM_TRY(om__columns_end(&c, 5, (StudySample*[]){&q[0], &q[1], &q[2], &q[3], &q[4]}));
+    OM_TRY(om__columns_end(&c, 6, (StudySample*[]){&q[0], &q[1], &q[2], &q[3], &q[4], &q[5]}));
     score->visibility_mean = score->nrun ? score->visibility_mean / score->nrun : (double)NAN;
     score->visibility = median(q[0]);
     score->actions = median(q[1]);
+    score->more_actions = median(q[5]);
     score->events = median(q[2]);
     score->force = median(q[3]);
     score->force_world = median(q[4]);

@@ -69,9 +69,11 @@ typedef struct OmRetractionScore {
     int nsuccess_possible;  // of the possible ones
     double visibility, visibility_mean, actions, events;  // medians, and a mean
     double force, force_world;  // medians of F_max / epsilon, by the twin and by the truth
-    double more_actions;        // largest number of actions above the search's
+    double more_actions;        // median, actions above the search's, of successes
+    int nforce;                 // runs whose true force was above 1.2 epsilon
+    int nheld;                  // runs that waited for a person
+    int nheld_alone;            // of these, where the search exposes the ROI
     int ntrigger, ngood;        // updates that were triggered, and that ended at mu <= 2 mm
-    int ngood_alone;            // of these, by attachments alone, without forces
     int nfalse;                 // runs with right attachments and a warning
 } OmRetractionScore;
 

@@ -23,8 +23,6 @@ typedef struct RetractionRun {  // contents of its file; zero-initialise
     int nforce_world;                     // times the true force rose above epsilon
     int naction, nplan, nacquisition, nupdate, nadopted;
     int ntrigger, ngood;  // updates by the monitor; of which ended at mu <= 2 mm
-    int nfollowed;        // in which the twin followed the picture
-    int ngood_alone;      // of ngood, by attachments alone
     int nwarning[3];      // times the warning state rose to 1, 2, 3
     OmHold hold;
     double mu_max;  // m

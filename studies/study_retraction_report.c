@@ -28,18 +28,21 @@ static void add_score(const char* title, const OmRetractionScore* r, StudyTable*
     add_number(t, "%.0f", 100 * r->visibility);
     add_number(t, "%.0f", 100 * r->visibility_mean);
     add_number(t, "%.3g", r->actions);
+    add_number(t, "%+.3g", r->more_actions);
     add_number(t, "%.3g", r->events);
     add_number(t, "%.2f", r->force);
     add_number(t, "%.2f", r->force_world);
-    om__table_row(t, "%d of %d, %d|%d", r->ngood, r->ntrigger, r->ngood_alone, r->nfalse);
+    om__table_row(t, "%d|%d, %d|%d of %d|%d", r->nforce, r->nheld, r->nheld_alone, r->ngood,
+                  r->ntrigger, r->nfalse);
 }
 
 // The rows that were run, under a heading; nothing if there is none.
 static void add_scores(const char* title, const OmRetractionScore* score, const char* thesis,
                        OmReport* report) {
     StudyTable table = om__table(
-        "|success|95 % interval|of those possible|visibility, %, median|mean|actions|force events|F_max / epsilon, "
-        "twin|truth|updates to 2 mm, by attachments alone|false alarms");
+        "|success|95 % interval|of those possible|visibility, %, median|mean|actions|above the search's|force "
+        "events|F_max / epsilon, twin|truth|above 1.2|held for a person, where the search exposes|updates to 2 "
+        "mm|false alarms");
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
         if (score[row].nrun > 0) add_score(om__retraction_row_title[row], &score[row], &table);
     if (table.ncell == 0) {
@@ -71,8 +74,8 @@ static void add_run(const RetractionResult* r, int row, StudyTable* t) {
     om__table_row(t, "%.0f|%d|%d / %d|%.2f / %.2f", 100 * run->visibility, run->naction,
                   run->nforce, run->nforce_world, run->force / run->epsilon,
                   run->force_world / run->epsilon);
-    om__table_row(t, run->ntrigger ? "%d of %d to 2 mm; %d adopted, %d followed" : "none",
-                  run->ngood, run->ntrigger, run->nadopted, run->nfollowed);
+    om__table_row(t, run->ntrigger ? "%d of %d to 2 mm; %d adopted" : "none", run->ngood,
+                  run->ntrigger, run->nadopted);
     om__table_cell(t, run->is_success ? "success" : om_retract_outcome_text(run->outcome));
 }
 
@@ -299,11 +302,11 @@ static void put_run_json(OmJson* json, const char* key, const RetractionRun* r) 
         "success? %d|outcome %s|reason %s|visibility_start %f|visibility %f|force_n %f|"
         "force_world_n %f|epsilon_n %f|force_events %d|force_events_world %d|actions %d|plans %d|"
         "updates %d|updates_adopted %d|triggers %d|triggers_good %d|"
-        "triggers_good_by_attachments %d|updates_followed %d|warnings %d|hold %s|"
+        "warnings %d|hold %s|"
         "visibility_seen %f|mu_max_m %f|time_s %f|wall_time_s %f",
         r->is_success, om_retract_outcome_text(r->outcome), r->reason, r->visibility_start,
         r->visibility, r->force, r->force_world, r->epsilon, r->nforce, r->nforce_world, r->naction,
-        r->nplan, r->nupdate, r->nadopted, r->ntrigger, r->ngood, r->ngood_alone, r->nfollowed,
+        r->nplan, r->nupdate, r->nadopted, r->ntrigger, r->ngood,
         r->nwarning[0] + r->nwarning[1] + r->nwarning[2], om_hold_text(r->hold), r->visibility_seen,
         r->mu_max, r->time, r->wall_time);
 }
@@ -337,10 +340,12 @@ static void put_scores_json(OmJson* json, const char* key, const OmRetractionSco
                        "runs %d|possible %d|success %d|success_possible %d|visibility %f|"
                        "visibility_mean %f|actions %f|force_events %f|force_ratio %f|"
                        "force_world_ratio %f|triggers %d|triggers_good %d|"
-                       "triggers_good_by_attachments %d|false_alarms %d",
+                       "false_alarms %d|more_actions %f|above_force %d|held %d|"
+                       "held_where_search_exposes %d",
                        r->nrun, r->npossible, r->nsuccess, r->nsuccess_possible, r->visibility,
                        r->visibility_mean, r->actions, r->events, r->force, r->force_world,
-                       r->ntrigger, r->ngood, r->ngood_alone, r->nfalse);
+                       r->ntrigger, r->ngood, r->nfalse, r->more_actions, r->nforce, r->nheld,
+                       r->nheld_alone);
     }
     om_json_close(json, '}');
 }

@@ -178,15 +178,11 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     for (int i = 0; i < r->belief.nupdate; ++i) {
         const OmRetractUpdate* u = &r->belief.update[i];
         const bool is_adopted = u->stage == OM_UPDATE_ADOPTED;
-        const bool has_effect = is_adopted || u->is_followed;
         run->nadopted += is_adopted;
-        run->nfollowed += u->is_followed;
         // Every estimate that the monitor triggers counts, a refused one as a failure; not an estimate that the end
         // of the run cancelled.
         run->ntrigger += scene->monitor.is_enabled && u->stage != OM_UPDATE_CANCELLED;
-        run->ngood += scene->monitor.is_enabled && has_effect && u->mu_after <= GOOD_MU;
-        run->ngood_alone +=
-            scene->monitor.is_enabled && is_adopted && !u->is_followed && u->mu_after <= GOOD_MU;
+        run->ngood += scene->monitor.is_enabled && is_adopted && u->mu_after <= GOOD_MU;
     }
     for (int k = 0; k < 3; ++k) run->nwarning[k] = r->belief.nwarning[k];
     run->mu_max = r->belief.mu_max;

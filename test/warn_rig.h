@@ -15,51 +15,22 @@
 #include "omentum/belief_update.h"
 #include "omentum/trial_ahead.h"
 
-// An estimate that knows the truth: the far half is attached. Or it is refused, with the shape of the truth or without.
+// An estimate that knows the truth: the far half is attached. Or it is refused.
 typedef struct Teacher {
     const OmSite* site;
     bool refuses;
-    const OmBody* truth;  // its shape goes with a refusal; null: none
-    double way;           // of the way to this shape, 0: all
-    double left;  // above 0: of the distance, with the attachments; the shape goes with them
-    int nall;     // so many answers attach the whole underside
+    int nall;  // so many answers attach the whole underside
     int ncall;
 } Teacher;
-
-// The truth has a finer mesh: displacements of its vertices, weighted by distance at rest.
-static OmVec3 place_in_truth(const OmBody* truth, OmVec3 p) {
-    const OmTetMesh* mesh = &om_body_site(truth)->mesh;
-    double sum = 0;
-    OmVec3 u = om_vec3(0, 0, 0);
-    for (int v = 0; v < mesh->nvert; ++v) {
-        const OmVec3 rest = om_load3(mesh->x, v);
-        const double d2 = om_norm2(om_sub(rest, p)) + 1e-12, w = 1 / (d2 * d2);
-        u = om_madd(u, w, om_sub(om_load3(om_body_x(truth), v), rest));
-        sum += w;
-    }
-    return om_madd(p, 1 / sum, u);
-}
-
-static OmStatus show_truth(const Teacher* t, const OmAcquisition* a, OmMatchEstimate* e) {
-    const OmTetMesh* mesh = &t->site->mesh;
-    OM_ALLOC(e->shape, 3 * (size_t)mesh->nvert);
-    for (int v = 0; v < mesh->nvert; ++v) {
-        const OmVec3 truth = place_in_truth(t->truth, om_load3(mesh->x, v));
-        om_store3(e->shape, v, om_lerp(om_load3(a->x_twin, v), truth, t->way > 0 ? t->way : 1));
-    }
-    e->nvert = e->nnode = mesh->nvert;
-    e->has_shape = true;
-    return OM_OK;
-}
 
 static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress* progress,
                       OmMatchEstimate* e) {
     Teacher* t = ctx;
-    (void)progress;
+    (void)a, (void)progress;
     ++t->ncall;
     if (t->refuses) {
         snprintf(e->reason, sizeof e->reason, "it saw too little");
-        return t->truth ? show_truth(t, &a[n - 1], e) : OM_OK;
+        return OM_OK;
     }
     const OmTetMesh* mesh = &t->site->mesh;
     const OmMeshSet* under = om_tet_mesh_find_set(mesh, "underside");
@@ -76,9 +47,7 @@ static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress
         e->attached[v] = is_all || om_pose_apply(to_task, om_load3(mesh->x, v)).x > 0.01;
     }
     e->is_accepted = true;
-    e->before_mean = 1e-3;
-    e->after_mean = t->left * 1e-3;
-    return t->left > 0 ? show_truth(t, &a[n - 1], e) : OM_OK;
+    return OM_OK;
 }
 
 static inline OmScene warn_scene(double one, double two, double three) {
@@ -92,8 +61,6 @@ static inline OmScene warn_scene(double one, double two, double three) {
     scene.monitor.limit[0] = one, scene.monitor.limit[1] = two, scene.monitor.limit[2] = three;
     scene.monitor.hysteresis = 0.2 * one;
     scene.monitor.part_limit[0] = scene.monitor.part_limit[1] = 0;
-    scene.monitor.is_fold_at_rest = false;
-    scene.monitor.fold_factor = 1;
     return scene;
 }
 

@@ -16,9 +16,8 @@ extern "C" {
 #define OM_LOOP_MAX_FAILED 3  // estimates in a row that end in an error
 
 typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
-    // adopted, followed, refused or cancelled; started while it runs
+    // adopted, refused or cancelled; started while it runs
     OmUpdateStage stage;
-    bool is_followed;          // also of an adopted estimate whose effect was too small
     char reason[256];          // of a refusal
     int nacquisition;          // that it was made from
     int start_tick, end_tick;  // end_tick: of adoption or refusal, -1: none, also if cancelled

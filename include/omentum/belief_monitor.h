@@ -3,7 +3,7 @@
 ///
 /// A frame compares the depth picture with the twin, seen by a simulated camera at the same pose behind the measured
 /// tools. Its distance is the median, over about 1,000 measured points on the tissue, of the distance to the closest
-/// point of the twin's visible surface. The mean distance of all frames before the first grasp, the rest, has errors of
+/// point of the twin's visible surface. The mean distance of the frames before a grasp, the rest, has errors of
 /// registration and sensor; mu is the distance less the rest. mu gives the warning state:
 ///
 /// | state | mu             | the loop                                                |
@@ -20,7 +20,7 @@
 ///     om_monitor_create(&def, &monitor);
 ///     if (om_monitor_is_due(monitor, time)) {              // 30 Hz
 ///         om_world_observe(world, om_monitor_sources(monitor, world), &obs);
-///         om_monitor_frame(monitor, &obs, om_body_x(twin), has_grasped, &frame);
+///         om_monitor_frame(monitor, &obs, om_body_x(twin), is_holding, &frame);
 ///     }
 ///     om_monitor_destroy(monitor);
 #ifndef OMENTUM_BELIEF_MONITOR_H
@@ -54,18 +54,17 @@ OM_API OmMonitorDef om_monitor_default_def(const OmScene* scene, const OmWorld* 
 typedef struct OmMonitorFrame {
     double time;      // s, of the observation
     double age;       // s, from the exposure of the depth picture to the observation
-    double distance;  // m, median of the closest distances, or another quantile of the settings
-    double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
-    double mu;    // m, distance less rest
+    double distance;  // m, median of the closest distances
+    double rest;      // m, mean distance of the frames before the last grasp; 0 without such frames
+    double mu;        // m, distance less rest
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
     // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
-    // m, mean closest distance over all points, less its mean over the frames before the first grasp
+    // m, mean closest distance over all points, less its mean over the frames of `rest`
     double mean;
     int npoint;  // measured points on the tissue
-    int nmoved;  // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
     int nrest;   // frames in `rest`
-    int state;   // warning state, 0 to 3; 0 before the first grasp
+    int state;   // warning state, 0 to 3; 0 while no tissue is held
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
@@ -76,7 +75,6 @@ typedef struct OmMonitorFrame {
 } OmMonitorFrame;
 
 #define OM_MONITOR_MIN_POINT 50
-#define OM_MONITOR_MIN_MOVED 30  // of OmMonitorFrame.nmoved
 
 typedef struct OmMonitor OmMonitor;
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
@@ -92,18 +90,16 @@ OM_API unsigned om_monitor_sources(const OmMonitor* monitor, const OmWorld* worl
 /// Whether a frame is due: none was taken since the last multiple of the frame period, by the world's clock.
 /// @param time  s, OmObservation.time
 OM_API bool om_monitor_is_due(const OmMonitor* monitor, double time);
-/// Compare an observation with depth with the twin at the same time. After the first call with has_grasped the rest
-/// remains fixed, also after a release.
-/// @param x_twin       vertex positions of the twin's mesh, m (nvert x 3)
-/// @param has_grasped  whether tissue has been grasped in this operation
+/// Compare an observation with depth with the twin at the same time. While tissue is held the rest is fixed; after
+/// a release it is measured anew.
+/// @param x_twin      vertex positions of the twin's mesh, m (nvert x 3)
+/// @param is_holding  whether an arm holds tissue
 /// @return OM_OK; OM_INVALID (no depth, a colour picture of another size, a position that is not finite: nothing is
 ///         changed); OM_NO_MEMORY or OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_frame(OmMonitor* monitor, const OmObservation* observation,
-                                 const double* x_twin, bool has_grasped, OmMonitorFrame* frame);
+                                 const double* x_twin, bool is_holding, OmMonitorFrame* frame);
 /// The state after `state` where mu is measured: Alg. 5 with hysteresis.
 OM_API int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu);
-/// The same where held tissue was folded since its grasp: the limits times fold_factor of the settings.
-OM_API int om_monitor_next_fold_state(const OmSceneMonitor* settings, int state, double mu);
 /// The same by OmMonitorFrame.part: 0 to 2, with part_limit of the settings; 0 where parts are not watched.
 /// @param part  m, less its value before the present grasp
 OM_API int om_monitor_next_part_state(const OmSceneMonitor* settings, int state, double part);

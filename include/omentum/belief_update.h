@@ -89,11 +89,9 @@ typedef enum OmUpdateStage {
     OM_UPDATE_CANCELLED,  // the loop ended before the tick of adoption
     // No plan was left: the twin frees what was not attached in every belief of the operation, or, if that gives no
     // new point after a warning, the first belief, at last everything that no person has marked
-    OM_UPDATE_DOUBTED,
-    // In a fold that no attachments explain, also after an adoption: forces bring the twin to the scan.
-    OM_UPDATE_FOLLOWED
+    OM_UPDATE_DOUBTED
 } OmUpdateStage;
-/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled", "doubted", "followed".
+/// One word, as run.json has it: "taken", "started", "adopted", "refused", "cancelled" or "doubted".
 OM_API const char* om_update_stage_text(OmUpdateStage stage);
 
 typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are valid during the call
@@ -103,9 +101,9 @@ typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are va
     double time;                       // s of the operation
     const OmAcquisition* acquisition;  // taken; otherwise null
     int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    // adopted, or refused or followed with a result; of doubt the number of vertices and `attached`; otherwise null
+    // adopted, or refused with a result; of doubt the number of vertices and `attached`; otherwise null
     const OmMatchEstimate* estimate;
-    const char* reason;  // of a refusal, also before a following; what is doubted; otherwise ""
+    const char* reason;  // of a refusal; what is doubted; otherwise ""
     // attachments of the twin before an adoption or a doubt; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;

@@ -154,14 +154,8 @@ OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, doub
 /// Set the goal of the grasped tissue, for the end of the next step.
 /// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
-/// Let go. Forces of om_body_set_force end with it.
+/// Let go.
 OM_API void om_body_release(OmBody* body, int arm);
-/// Forces on vertices beside weight and contact, until they are set again or an arm lets go.
-/// @param force  N; null: none  (nvert x 3)
-/// @return OM_OK; OM_INVALID (a force that is not finite; the body is unchanged)
-OM_API OmStatus om_body_set_force(OmBody* body, const double* force);
-/// These forces, N (nvert x 3); valid until the body is destroyed.
-OM_API const double* om_body_force(const OmBody* body);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
 /// A probe that presses on the body in its steps from now on, by om_press_move; om_press_report has its force.
 /// @param press  made for om_body_tissue, borrowed until the next call or om_body_set_young; null: none

@@ -184,8 +184,8 @@ typedef struct OmLoopDef {
     double max_lag;
     bool is_settled;  // twin and world are at rest; default true; recorded in the result
     int nadded;  // vertices attached to a twin that slid off; default 0; recorded in the result
-    double turned,
-        shifted;  // rad and m, of the model before the operation; default 0; recorded in the result
+    // rad and m, of the model before the operation; default 0; recorded in the result
+    double turned, shifted;
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
 

@@ -197,11 +197,11 @@ typedef struct OmMatchVerdict {  // on one acquisition
     double other;      // ... where it shows something else
     char reason[256];  // "" if it is good and nothing was corrected
 } OmMatchVerdict;
-/// Where is the tissue that a scan shows at rest, before any tool has moved it? As an update judges OmAcquisition.rest, but
-/// with other limits for a motion that counts as a small error.
+/// Where is the tissue that a scan shows at rest, before any tool has moved it? As an update judges OmAcquisition.rest,
+/// but with other limits for a motion that counts as a small error.
 /// @param max_turn, max_shift  rad and m, of such a motion
-/// @param verdict  is_moved with cause OM_MATCH_MOVED: pose_right_scan brings the scan to the model, its inverse the model
-///                 (om_site_move) to the scan. Otherwise not: it is good and fits, or `reason` says what is wrong
+/// @param verdict  is_moved with cause OM_MATCH_MOVED: pose_right_scan brings the scan to the model, its inverse
+///                 the model (om_site_move) to the scan. Otherwise it is good and fits, or `reason` says what is wrong
 /// @return OM_OK, also if the scan is not good; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_match_register(OmMatch* match, const OmScan* rest, double max_turn,
                                   double max_shift, OmMatchVerdict* verdict);
@@ -219,14 +219,9 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     // On each acquisition. One that is not good is left out.                (nacquisition)
     OmMatchVerdict* verdict;
     // The twin at rest with these attachments, m; of an acquisition that was left out: as given, or the mesh at rest.
-    double* x;  // (nacquisition x nnode x 3)
-    // The twin brought onto the newest scan by springs, with its present mechanics; has_shape: it is clearly nearer
-    // than before, whether attachments explain the scan or not
-    bool has_shape;
-    double* shape;        // m  (nnode x 3)
-    double shape_median;  // m, distance of the points of all scans from their shapes
-    double seen_share;    // of the candidates' area, below which the scans show the surface
-    double moved_share;   // of the candidates' area, that the scans show as moved
+    double* x;           // (nacquisition x nnode x 3)
+    double seen_share;   // of the candidates' area, below which the scans show the surface
+    double moved_share;  // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
     double before_mean, after_mean;  // m, the same, of distances that count 5 mm at most

@@ -5,10 +5,6 @@
 /// anchor that keeps its present force (om_body_eval_anchor). Then the anchors travel to the rest positions, and the
 /// springs of freed vertices fade, within a stated time.
 ///
-/// A body may also follow a measured shape that no attachments explain (ours; an incremental analysis update, Bloom et
-/// al. 1996). Springs bring its free vertices there; then forces of the same size take the place of the springs, until
-/// the tissue is released.
-///
 ///     om_match_adoption_create(mesh->nvert, &adoption);
 ///     om_match_adoption_begin(adoption, body, estimate.attached, estimate.stiffness, 0.5);
 ///     for (;;) {
@@ -35,7 +31,7 @@ typedef struct OmMatchAdoption OmMatchAdoption;
 OM_API OmStatus om_match_adoption_create(int nvert, OmMatchAdoption** adoption);
 OM_API void om_match_adoption_destroy(OmMatchAdoption* adoption);
 /// Begin to adopt attachments, between two steps of the body. It replaces an adoption that is under way: forces go on
-/// from their present values. Forces of an earlier following fade. Engines without springs hold vertices still at
+/// from their present values.  Engines without springs hold vertices still at
 /// anchors that travel; freed vertices are then free at once.
 /// @param attached   nonzero where a vertex is to be attached at its rest position  (nvert)
 /// @param stiffness  N/m of the spring of each of them, 0: held still; null: all held still  (nvert)
@@ -45,21 +41,6 @@ OM_API void om_match_adoption_destroy(OmMatchAdoption* adoption);
 OM_API OmStatus om_match_adoption_begin(OmMatchAdoption* adoption, OmBody* body,
                                         const unsigned char* attached, const double* stiffness,
                                         double seconds);
-/// Begin to follow: move the free vertices by `increment`, between two steps of the body. Attachments stay. It replaces
-/// another following that is under way, and the forces of an earlier one. The tools should keep still.
-/// @param increment  m, of each vertex from where it is  (nvert x 3)
-/// @param seconds    until forces take the place of the springs, above 0
-/// @return OM_OK; OM_INVALID (an argument, or an adoption is under way; body and adoption unchanged);
-///         OM_UNAVAILABLE (an engine without springs); OM_NO_MEMORY
-OM_API OmStatus om_match_adoption_follow(OmMatchAdoption* adoption, OmBody* body,
-                                         const double* increment, double seconds);
-/// End a following that is under way: attachments alone, without forces. Nothing happens without one.
-/// @return OM_OK; errors of om_body_set_attachment
-OM_API OmStatus om_match_adoption_stop(OmMatchAdoption* adoption, OmBody* body);
-/// Is the body following? The tools should then keep still.
-OM_API bool om_match_adoption_is_following(const OmMatchAdoption* adoption);
-/// N, sum of the lengths of the forces of the last following; 0 before the first, and after an adoption since then.
-OM_API double om_match_adoption_force(const OmMatchAdoption* adoption);
 /// Move the anchors by `dt` seconds, before each step of the body. A vertex that is to be held still is fixed
 /// where it is after 0.6 of the time, and its anchor travels on; if an arm grasps it then, it keeps its spring.
 /// @return OM_OK, also if no adoption is under way; OM_INVALID (dt below 0 or not finite); errors of

@@ -68,7 +68,8 @@ typedef struct OmRetractEstimate {  // of a run that has not begun
     int twin_norgan, world_norgan;        // vertices of an organ that gives way; 0: it is rigid
     int twin_nattached, world_nattached;  // vertices, of the twin without nadded
     int nadded;  // vertices of the twin that were attached beside these, so that it does not slide off
-    OmMatchVerdict registration;  // of the model on the tissue at rest, where the scene learns; else zeros
+    // of the model on the tissue at rest, where the scene learns; else zeros
+    OmMatchVerdict registration;
     // blocks of the grid; those with a grasping point that is not above an attachment
     int nblock, ngrasp;
     double visibility;  // of the ROI before any action, 0 to 1

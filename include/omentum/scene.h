@@ -244,12 +244,6 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     bool registers;
 } OmSceneUpdate;
 
-typedef enum OmMonitorRegion {  // whose points are compared after the first grasp
-    OM_MONITOR_TISSUE,          // all of the tissue (thesis 6.4.5)
-    // points that moved by more than 3 mm, in the picture or in the twin: lifted tissue is a small part of a sheet
-    OM_MONITOR_MOVED
-} OmMonitorRegion;
-
 typedef struct OmSceneMonitor {  // the twin compared with the depth camera during the operation
     bool is_enabled;             // default false
     // m, discrepancy above which the warning state is 1, 2 and 3; above 0, ascending; default 2, 4 and 6 mm
@@ -257,20 +251,10 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     double hysteresis;  // m, by which it must fall below a limit; below limit[0]; default 0.5 mm
     double rate;        // frames a second; default 30
     int npoint;         // measured points in a frame, at most; default 1000
-    // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
-    // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
-    double quantile;
-    OmMonitorRegion region;  // default OM_MONITOR_TISSUE
     // m, of OmMonitorFrame.part, above which the state is 1 and 2 in a pull; ascending, or both 0: parts of the tissue
     // are not watched. Default 4 and 8 mm. Ours, not in the thesis.
     double part_limit[2];
     double part_share;  // of the measured points, that make a part; default 0.02
-    // On limit[] while tissue is held that was folded since its grasp, 1 or more; default 2, 1: Alg. 5. Ours: a fold
-    // tips over at another moment than in the twin.
-    double fold_factor;
-    // State 1 of a fold is judged when it has ended and the tissue rests, not while it moves; default true. Folded
-    // tissue tips over at another moment than in the twin. Ours; false: Alg. 5.
-    bool is_fold_at_rest;
 } OmSceneMonitor;
 
 typedef struct OmScene {
@@ -393,8 +377,8 @@ OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmPro
 OM_API OmStatus om_site_build_tissue(const OmScene* scene, const OmProgress* progress, OmSite* site,
                                      bool* holds_lowest);
 OM_API void om_site_done(OmSite* site);
-/// Move all of a site but the frame of cameras and arms: mesh, board, organ, ROI, task frame, gravity. Bodies of the site
-/// are made afterwards.
+/// Move all of a site but the frame of cameras and arms: mesh, board, organ, ROI, task frame, gravity. Bodies of the
+/// site are made afterwards.
 /// @param motion  world frame
 /// @return OM_OK; OM_NO_MEMORY. Call om_site_done after an error.
 OM_API OmStatus om_site_move(OmSite* site, OmPose motion);

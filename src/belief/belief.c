@@ -13,7 +13,6 @@ OmStatus om__belief_begin(Belief* b, const OmExposure* exposure) {
     if (exposure) memcpy(b->exposure, exposure, sizeof b->exposure);
     OM_TRY(om_match_adoption_create(om_body_site(b->twin)->mesh.nvert, &b->adoption));
     OM_TRY(om__doubt_create(b));
-    OM_TRY(om__follow_create(b));
     if (!b->monitor) return OM_OK;
     om_monitor_reset(b->monitor);
     b->monitor_settings = *om_monitor_settings(b->monitor);
@@ -24,8 +23,6 @@ void om__belief_done(Belief* b) {
     om_match_adoption_destroy(b->adoption);
     om_free(b->always);
     om_free(b->source);
-    om_free(b->increment);
-    om_free(b->goal);
 }
 
 void om__belief_forget_exposure(Belief* b) {

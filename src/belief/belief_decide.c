@@ -21,37 +21,28 @@ Warning om__warning_next(const OmSceneMonitor* s, Warning w, const FrameEvidence
     w.has_dragged = e->holds && (w.has_dragged || om__is_fold(e->verb));
     const bool is_pull = e->holds && !w.has_dragged && e->verb == OM_PLAN_PULL;
     w.part_state = is_pull ? om_monitor_next_part_state(s, w.part_state, e->part - w.part_rest) : 0;
-    const int by_mu = w.has_dragged ? om_monitor_next_fold_state(s, w.fold_state, e->mu) : e->state;
-    w.fold_state = w.has_dragged ? by_mu : 0;
-    w.unsettled = e->holds ? imax(by_mu, w.part_state) : 0;
-    const bool is_moving = s->is_fold_at_rest && om__is_fold(e->verb) && e->is_acting;
-    return set_state(w, is_moving && w.state == 0 && w.unsettled == 1 ? 0 : w.unsettled, e->time);
+    return set_state(w, e->holds ? imax(e->state, w.part_state) : 0, e->time);
 }
 
-Warning om__warning_settle(Warning w, double time) { return set_state(w, w.unsettled, time); }
-
-Conduct om__warning_conduct(Warning w, double time) {
+Conduct om__warning_conduct(Warning w, double time, bool is_answering) {
+    const double most = is_answering ? LEARN_LIMIT : STATE_3_TIME;
     return (Conduct){
         .rate = w.state >= 1 ? 0.5 : 1.0,
         .stops = w.state >= 2,
-        .calls_a_person = om__warning_is_stopped(&w) && time - w.state3_begin >= STATE_3_TIME,
+        .calls_a_person = om__warning_is_stopped(&w) && time - w.state3_begin >= most,
     };
 }
 
 // ---- after an action --------------------------------------------------------------------------------------------
 
-// The outcome of a fold that exposes the ROI does not depend on what the twin shows.
-static bool must_settle(const AfterEvidence* e) {
-    return e->has_monitor && e->folds_rest && om__is_fold(e->verb) && e->unsettled > e->state &&
-           !e->is_seen;
-}
-
-// An estimate under way answers a warning: its effect is awaited first.
+// An estimate under way answers a warning: its effect is awaited first. A look at the end of each lift is evidence for
+// later: folded tissue may lie in several ways with the same attachments, and friction tells which.
 static bool must_look(const AfterEvidence* e) {
-    const bool is_moved = om__is_fold(e->verb) || e->verb == OM_PLAN_PULL;
-    const bool waits_for_warnings = e->has_monitor && e->has_estimator;
-    if (waits_for_warnings && (e->highest == 0 || e->is_answering)) return false;
-    return e->has_updater && is_moved && e->is_lifted;
+    const bool is_pull = e->verb == OM_PLAN_PULL, is_moved = is_pull || om__is_fold(e->verb);
+    if (!e->has_updater || !is_moved || !e->is_lifted) return false;
+    if (!e->has_monitor || !e->has_estimator) return true;
+    if (e->highest > 0 && !e->is_answering) return true;
+    return is_pull && !e->has_dragged && !e->continues && !e->is_seen;
 }
 
 // A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
@@ -63,7 +54,6 @@ static bool must_learn(const AfterEvidence* e) {
 }
 
 AfterStep om__belief_after(const AfterEvidence* e, AfterStep done) {
-    if (done < AFTER_SETTLE && must_settle(e)) return AFTER_SETTLE;
     if (done < AFTER_LOOK && must_look(e)) return AFTER_LOOK;
     if (done < AFTER_LEARN && must_learn(e)) return AFTER_LEARN;
     return AFTER_GO;
@@ -75,12 +65,4 @@ WaitStep om__belief_wait(const WaitEvidence* e) {
     if (e->is_stopped) return WAIT_STAY;
     if (e->waited < LEARN_LIMIT && (e->is_changing || e->is_answering)) return WAIT_STAY;
     return e->state >= 2 ? WAIT_RELEASE : WAIT_GO;
-}
-
-Verdict om__belief_judge(const EstimateEvidence* e) {
-    if (e->has_failed) return VERDICT_REFUSE;
-    // A fold deviates for other reasons than attachments (belief_follow.c): an estimate must explain most of it.
-    const bool is_doubtful =
-        e->has_monitor && e->is_of_fold && e->has_shape && e->after_mean > CLEAR * e->before_mean;
-    return !e->is_accepted || is_doubtful ? VERDICT_FOLLOW : VERDICT_ADOPT;
 }

@@ -6,8 +6,6 @@
 //    |----------------|------------------------|------------------------------------------------------------------|
 //    | no             | any                    | 0                                                                |
 //    | yes            | pull                   | the larger of the state by mu and that of a part of the tissue   |
-//    | yes            | a fold, or after one   | by mu with the limits of folds; 0 stays 0 where it would be 1,   |
-//    |                |                        | until the fold has ended and the tissue rests                    |
 //    | yes            | any other              | by mu                                                            |
 //
 // 2. The state tells how the arms move (om__warning_conduct):
@@ -19,12 +17,14 @@
 //    | 2     | 1/2                  | stops                                     |                                   |
 //    | 3     | 1/2                  | stops                                     | is called after STATE_3_TIME, once |
 //
+//    While an answer is awaited the person is called after LEARN_LIMIT.
+//
 // 3. When an action has ended (om__belief_after), the first row that holds:
 //
 //    | step   | where                                                                                              |
 //    |--------|----------------------------------------------------------------------------------------------------|
-//    | SETTLE | a fold would be in a higher state if it were judged now, and the ROI is hidden                     |
 //    | LOOK   | held tissue was moved high enough; with a monitor that learns: it warned, and nothing answers yet  |
+//    | LOOK   | with a monitor that learns: this was the last pull of a lift, and the ROI is hidden                |
 //    | LEARN  | a warning stopped the motion, or a fold ended in state 2 or above                                  |
 //    | LEARN  | an answer is under way, the ROI is hidden, and the plan does not continue with a pull              |
 //    | GO     | otherwise: verify that the ROI is exposed, or the next action                                      |
@@ -37,14 +37,6 @@
 //    | STAY    | for LEARN_LIMIT at most: the view of the ROI changes, an estimate runs, is adopted, or is measured |
 //    | RELEASE | otherwise, in state 2 or above: nothing was learnt that helps                                     |
 //    | GO      | otherwise                                                                                         |
-//
-// 5. An estimate that is ripe (om__belief_judge):
-//
-//    | verdict | where                                                                                             |
-//    |---------|---------------------------------------------------------------------------------------------------|
-//    | REFUSE  | it ended in an error                                                                              |
-//    | FOLLOW  | it is not accepted, or of a fold of which it explains too little: the twin may follow the picture |
-//    | ADOPT   | otherwise                                                                                         |
 #ifndef OMENTUM_BELIEF_DECIDE_H
 #define OMENTUM_BELIEF_DECIDE_H
 
@@ -52,15 +44,11 @@
 #include "omentum/belief_monitor.h"
 
 #define STATE_3_TIME 1.0  // s of state 3 until a person is called: a fold tips over within 0.6 s
-#define LEARN_LIMIT 8.0   // s, longest wait for an estimate, its adoption, and a following
-#define CLEAR \
-    0.6  // of the mean distance before: attachments learnt from a fold leave at most so much
+#define LEARN_LIMIT 8.0   // s, longest wait for an estimate and its adoption
 
 typedef struct Warning {
     int state;            // 0 to 3: of Alg. 5, or of a part of the tissue
-    int unsettled;        // what it would be if a fold were judged while it moves
     int part_state;       // 0 to 2
-    int fold_state;       // by the limits of folds; 0 before a fold of this grasp
     double part_rest;     // m, OmMonitorFrame.part before the present grasp
     bool has_dragged;     // held tissue was folded since it was grasped
     bool is_overruled;    // a person continues in state 3
@@ -69,11 +57,10 @@ typedef struct Warning {
 
 typedef struct FrameEvidence {
     double time;      // s of the operation
-    double mu, part;  // m, of OmMonitorFrame
+    double part;      // m, of OmMonitorFrame
     int state;        // of OmMonitorFrame
     bool holds;       // tissue is in hand
     OmPlanVerb verb;  // of the action
-    bool is_acting;   // it is under way, or what it exposed is verified
 } FrameEvidence;
 
 // The arms wait: a person is called, or the state falls.
@@ -82,29 +69,28 @@ static inline bool om__warning_is_stopped(const Warning* w) {
 }
 
 Warning om__warning_next(const OmSceneMonitor* settings, Warning was, const FrameEvidence* e);
-// The same where the state is known: of a fold that has come to rest.
-Warning om__warning_settle(Warning was, double time);
 
 typedef struct Conduct {
     double rate;          // fraction of the speed of motions that hold tissue
     bool stops;           // these motions
     bool calls_a_person;  //
 } Conduct;
-Conduct om__warning_conduct(Warning warning, double time);
+// @param is_answering  a look is taken, an estimate runs, is adopted, or its effect is awaited
+Conduct om__warning_conduct(Warning warning, double time, bool is_answering);
 
-typedef enum AfterStep { AFTER_GO, AFTER_SETTLE, AFTER_LOOK, AFTER_LEARN } AfterStep;
+typedef enum AfterStep { AFTER_GO, AFTER_LOOK, AFTER_LEARN } AfterStep;
 
 typedef struct AfterEvidence {  // when an action has ended
     OmPlanVerb verb;
     OmActionOutcome outcome;
-    int state, unsettled;  // of Warning
-    int highest;           // state during the action that nothing has answered
+    int state;    // of Warning
+    int highest;  // state during the action that nothing has answered
     bool has_monitor, has_updater, has_estimator;
-    bool folds_rest;    // OmSceneMonitor.is_fold_at_rest
     bool is_seen;       // the ROI, to the wanted share
     bool is_lifted;     // held tissue, high enough for an acquisition
     bool is_answering;  // an estimate runs, or its effect is awaited
     bool is_due;        // an acquisition waits for its estimate
+    bool has_dragged;   // the tissue was folded since it was grasped
     bool continues;     // the next action of the plan is a pull
 } AfterEvidence;
 // @param done  the step that has just ended; AFTER_GO: the action itself. Steps are in the order of the table.
@@ -120,16 +106,5 @@ typedef struct WaitEvidence {
     bool is_answering;  // an estimate is due, runs, is adopted, or its effect is awaited
 } WaitEvidence;
 WaitStep om__belief_wait(const WaitEvidence* e);
-
-typedef enum Verdict { VERDICT_REFUSE, VERDICT_FOLLOW, VERDICT_ADOPT } Verdict;
-
-typedef struct EstimateEvidence {
-    bool has_failed, is_accepted;
-    bool has_monitor, is_of_fold;
-    bool has_shape;      // means below are known
-    double before_mean;  // m, distance of the scan from the twin
-    double after_mean;   // m, with the estimate
-} EstimateEvidence;
-Verdict om__belief_judge(const EstimateEvidence* e);
 
 #endif

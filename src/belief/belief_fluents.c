@@ -34,7 +34,7 @@ void om__sense_fluents(Belief* belief, OmSituation* s) {
     belief->npostponed = 0;
     const uint8_t arms = (uint8_t)((1 << belief->act->narm) - 1);
     for (int b = 0; b < g->n * g->n; ++b) {
-        s->is_fixed[b] = om__follow_is_fixed(belief, b);
+        s->is_fixed[b] = om__grid_is_fixed(belief->grid, belief->twin, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = belief->tried[b];
         s->exposure[b] = belief->exposure[b];

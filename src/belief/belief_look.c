@@ -39,7 +39,8 @@ static OmStatus take(const Belief* belief, const OmObservation* obs) {
     for (int a = 0; a < OM_MAX_ARM; ++a) tip[a] = om__twin_pose(belief->act, a, obs->arm[a].tip);
     OM_TRY(copy_attached(belief, &attached));
     OmStatus status =
-        om__updater_take(belief->updater, obs, belief->act->time, tip, belief->twin, attached);
+        om__updater_take(belief->updater, obs, belief->act->time, tip, belief->twin, attached,
+                         belief->warn.has_dragged, om__warn_wants_estimate(belief));
     om_free(attached);
     return status;
 }
@@ -60,6 +61,7 @@ OmStatus om__look_take(Belief* belief, bool* needs_tick) {
     OmStatus status = OM_OK;
     if (is_good) status = take(belief, &obs);
     om_observation_done(&obs);
+    belief->is_looking = *needs_tick;
     if (status < 0) return om_error_prefix(status, "acquisition at %.2f s", belief->act->time);
     belief->record->nacquisition = u->ntaken;
     if (!is_good) return OM_OK;  // without a picture of the rest: no acquisition
@@ -75,8 +77,9 @@ void om__look_note_grasp(Belief* belief, int arm, OmPose pose_world_tip) {
 }
 
 OmStatus om__look_note_release(Belief* belief, int arm) {
+    om__warn_end(belief);  // of the last update, while the tissue is held
     if (belief->updater) om__updater_release(belief->updater, arm);
-    return om__follow_drop(belief);
+    return OM_OK;
 }
 
 // ---- estimates ------------------------------------------------------------------------------------------
@@ -110,7 +113,6 @@ static OmStatus begin_record(Belief* belief) {
 
 static OmStatus start_estimate(Belief* belief) {
     OmUpdater* u = belief->updater;
-    belief->is_of_fold = belief->warn.has_dragged;
     OM_TRY(begin_record(belief));
     OM_TRY(om__updater_start(u, belief->act->tick, belief->act->time));
     OmUpdateEvent event = make_event(belief, OM_UPDATE_STARTED, u->nestimate - 1);
@@ -125,7 +127,7 @@ static OmStatus end_record(Belief* belief, OmUpdateStage stage, const char* reas
     const OmMatchEstimate* e = &u->estimate;
     OmRetractUpdate* r = &belief->record->update[belief->record->nupdate - 1];
     r->stage = stage;
-    if (stage != OM_UPDATE_CANCELLED) OM_TRY(om__warn_note_update(belief, stage));
+    if (stage != OM_UPDATE_CANCELLED) om__warn_note_update(belief, stage);
     r->end_tick = stage == OM_UPDATE_CANCELLED ? -1 : belief->act->tick;
     r->end = belief->act->time;
     r->nattached_after = stage == OM_UPDATE_ADOPTED ? 0 : r->nattached_before;
@@ -157,7 +159,6 @@ static OmStatus adopt(Belief* belief) {
     OM_TRY_DONE(copy_attached(belief, &was));
     OM_TRY_DONE(om_match_adoption_begin(belief->adoption, belief->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
-    om__follow_keep(belief, true);
     om__updater_refresh(u);
     om__doubt_note(belief, u->estimate.attached);
     om__belief_forget_exposure(belief);
@@ -168,55 +169,16 @@ done:
     return status;
 }
 
-OmStatus om__look_notify_follow(Belief* belief) {
-    OmUpdateEvent event = make_event(belief, OM_UPDATE_FOLLOWED, belief->updater->nestimate - 1);
-    event.reason = "with those just learnt it is still too far away";
-    return om__belief_tell(belief, &event);
-}
-
-// No attachments explain the scan: the twin follows it, if it can.
-static OmStatus follow(Belief* belief, const char* reason) {
-    bool has_begun;
-    om__follow_keep(belief, false);
-    OM_TRY(om__follow_begin(belief, &has_begun));
-    return end_record(belief, has_begun ? OM_UPDATE_FOLLOWED : OM_UPDATE_REFUSED, reason, NULL);
-}
-
-// Why the best attachments are not taken.
-static void explain(const OmMatchEstimate* e, char* reason, size_t size) {
-    if (!e->is_accepted)
-        snprintf(reason, size, "%s", e->reason);
-    else
-        snprintf(
-            reason, size,
-            "with the best ones the folded tissue is still %.1f mm from the model, before %.1f "
-            "mm (mean)",
-            1e3 * e->after_mean, 1e3 * e->before_mean);
-}
-
 // What a ripe estimate, or an error in its place, leads to.
-static OmStatus follow_verdict(Belief* belief, bool has_failed) {
+static OmStatus judge(Belief* belief, bool has_failed) {
     const OmMatchEstimate* e = &belief->updater->estimate;
-    const EstimateEvidence evidence = {.has_failed = has_failed,
-                                       .is_accepted = e->is_accepted,
-                                       .has_monitor = belief->monitor != NULL,
-                                       .is_of_fold = belief->is_of_fold,
-                                       .has_shape = e->has_shape,
-                                       .before_mean = e->before_mean,
-                                       .after_mean = e->after_mean};
-    char reason[256];
-    switch (om__belief_judge(&evidence)) {
-    case VERDICT_REFUSE: return end_record(belief, OM_UPDATE_REFUSED, om_error_message(), NULL);
-    case VERDICT_FOLLOW: explain(e, reason, sizeof reason); return follow(belief, reason);
-    case VERDICT_ADOPT: break;
-    }
-    return adopt(belief);
+    if (!has_failed && e->is_accepted) return adopt(belief);
+    return end_record(belief, OM_UPDATE_REFUSED, has_failed ? om_error_message() : e->reason, NULL);
 }
 
 static OmStatus end_estimate(Belief* belief) {
     OmUpdater* u = belief->updater;
     OmStatus status = om__updater_join(u);
-    belief->has_increment = false;  // of an earlier estimate
     if (status == OM_OK && u->estimate.is_accepted) status = check_estimate(u);
     if (status == OM_NO_MEMORY) {
         om__updater_drop(u);
@@ -227,7 +189,7 @@ static OmStatus end_estimate(Belief* belief) {
         om__belief_alarm(belief, OM_HOLD_UPDATE,
                          "%d estimates in a row failed, the last because %.120s", belief->nfailed,
                          om_error_message());
-    status = follow_verdict(belief, status != OM_OK);
+    status = judge(belief, status != OM_OK);
     om__updater_drop(u);
     return status;
 }
@@ -257,12 +219,14 @@ OmStatus om__look_end(Belief* belief) {
 bool om__look_is_outdated(const Belief* belief) {
     if (!belief->is_corrected) return false;
     for (int b = 0; b < belief->grid->n * belief->grid->n; ++b)
-        if (om__follow_is_fixed(belief, b) != belief->situation.is_fixed[b]) return true;
+        if (om__grid_is_fixed(belief->grid, belief->twin, b) != belief->situation.is_fixed[b])
+            return true;
     return false;
 }
 
 bool om__look_stops_reach(const Belief* belief) {
     const OmPlanAction* p = &belief->act->action.plan;
     return belief->is_corrected && p->verb == OM_PLAN_REACH &&
-           !belief->situation.is_fixed[p->block] && om__follow_is_fixed(belief, p->block);
+           !belief->situation.is_fixed[p->block] &&
+           om__grid_is_fixed(belief->grid, belief->twin, p->block);
 }

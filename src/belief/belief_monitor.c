@@ -7,11 +7,12 @@
 // (shape_closest.h), in doubles.
 //
 // Alg. 5 is read as follows: the median over measured points of the closest distance, in this direction only, since the
-// measured cloud is partial; the rest is the mean over all frames before the first grasp, and then fixed; the state
+// measured cloud is partial; the rest is the mean over the frames before a grasp in which it changed by at most
+// REST_CHANGE, and fixed while tissue is held, for tissue that was let go may lie elsewhere than in the twin; the state
 // falls only below its limit less the hysteresis, which the thesis does not have.
 //
 // A part of the tissue (ours): the quantile 1 - part_share of the distances between picture and twin where one of them
-// lies still, as in the last frame before the first grasp. Right attachments decide where tissue lies still; stiffness,
+// lies still, as in the last frame before the grasp. Right attachments decide where tissue lies still; stiffness,
 // Poisson's ratio and friction change the shape of the lifted tissue, which does not count.
 //
 // Rejected: closest of simulated points, as the thesis has it. Between points 2 mm apart the distance of equal surfaces
@@ -26,10 +27,10 @@
 #define MAX_TRIES 32  // pixels looked at for each point wanted: tissue may fill 3 % of the picture
 #define R2_U 0.7548776662466927  // 1 / p and 1 / p^2 of the root p of p^3 = p + 1
 #define R2_V 0.5698402909980532
-#define MIN_ANGLE 1e-4   // tangent, half the smallest field of the simulated camera
-#define MOVED 0.003      // m, of a point that moved
-#define STILL 0.0025     // m, from the place before the grasp, of a point that lies still
-#define TICK_SLACK 1e-6  // frame periods; rounding of a clock that sums its steps
+#define MIN_ANGLE 1e-4      // tangent, half the smallest field of the simulated camera
+#define REST_CHANGE 0.0005  // m
+#define STILL 0.0025        // m, from the place before the grasp, of a point that lies still
+#define TICK_SLACK 1e-6     // frame periods; rounding of a clock that sums its steps
 
 struct OmMonitor {
     OmMonitorDef def;
@@ -39,7 +40,7 @@ struct OmMonitor {
     OmSurface tissue;  // boundary of the twin's mesh
     int* tissue_vert;  // its vertices in the mesh
     OmSurfaceTree* tree;
-    // the twin in the last good frame before the first grasp
+    // the twin in the last good frame before the grasp
     OmSurfaceTree* rest_tree;
     double* rest_x;  // (tissue.nvert x 3)
     OmSurface tool[OM_MAX_ARM];
@@ -52,11 +53,11 @@ struct OmMonitor {
     double* distance;           // (npoint)
     double* apart;              // distances of points where picture or twin lies still (npoint)
     // between frames
-    bool has_begun, has_grasped;
+    bool has_begun, was_holding;
     double period;     // of the last frame, counted from time 0
     double good_time;  // s, of the last frame that was neither stale nor blind, or of the first
     double rest_sum;
-    double mean_sum;  // of mean distances before the first grasp
+    double mean_sum;  // of mean distances, as rest_sum
     OmMonitorFrame last;
 };
 
@@ -87,17 +88,11 @@ static OmStatus check_def(const OmMonitorDef* d) {
              s->rate);
     OM_CHECK(s->npoint >= OM_MONITOR_MIN_POINT && s->npoint <= 1000000, OM_INVALID,
              "OmSceneMonitor.npoint is %d; %d to 1,000,000", s->npoint, OM_MONITOR_MIN_POINT);
-    OM_CHECK(s->quantile > 0 && s->quantile < 1, OM_INVALID,
-             "OmSceneMonitor.quantile is %g; above 0 and below 1", s->quantile);
-    OM_CHECK(s->region == OM_MONITOR_TISSUE || s->region == OM_MONITOR_MOVED, OM_INVALID,
-             "OmSceneMonitor.region is %d", s->region);
     OM_CHECK(s->part_limit[0] >= 0 && s->part_limit[0] <= s->part_limit[1] &&
                  isfinite(s->part_limit[1]) &&
                  (s->part_limit[0] < s->part_limit[1] || s->part_limit[1] == 0),
              OM_INVALID, "OmSceneMonitor.part_limit is %g, %g m; ascending, or both 0",
              s->part_limit[0], s->part_limit[1]);
-    OM_CHECK(s->fold_factor >= 1 && isfinite(s->fold_factor), OM_INVALID,
-             "OmSceneMonitor.fold_factor is %g; 1 or more", s->fold_factor);
     OM_CHECK(s->part_share > 0 && s->part_share < 1, OM_INVALID,
              "OmSceneMonitor.part_share is %g; above 0 and below 1", s->part_share);
     OM_CHECK(d->nray >= 256 && d->nray <= 1 << 20, OM_INVALID, "OmMonitorDef.nray is %d; 256 to %d",
@@ -190,7 +185,7 @@ void om_monitor_destroy(OmMonitor* m) {
 const OmSceneMonitor* om_monitor_settings(const OmMonitor* m) { return &m->def.settings; }
 
 void om_monitor_reset(OmMonitor* m) {
-    m->has_begun = m->has_grasped = false;
+    m->has_begun = m->was_holding = false;
     m->rest_sum = m->mean_sum = 0;
     m->last = (OmMonitorFrame){0};
 }
@@ -215,12 +210,6 @@ int om_monitor_next_state(const OmSceneMonitor* settings, int state, double mu) 
     while (reached < 3 && mu > settings->limit[reached]) ++reached;
     while (state > reached && mu <= settings->limit[state - 1] - settings->hysteresis) --state;
     return state > reached ? state : reached;
-}
-
-int om_monitor_next_fold_state(const OmSceneMonitor* settings, int state, double mu) {
-    OmSceneMonitor limits = *settings;
-    for (int k = 0; k < 3; ++k) limits.limit[k] *= settings->fold_factor;
-    return om_monitor_next_state(&limits, state, mu);
 }
 
 int om_monitor_next_part_state(const OmSceneMonitor* settings, int state, double part) {
@@ -340,14 +329,6 @@ static OmVec3 place_in(const OmMonitor* m, const OmSurfacePoint* q, const double
     return p;
 }
 
-// Has a measured point, or the twin's point q closest to it, moved since before the grasp?
-static bool has_moved(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
-    OmVec3 rest = place_in(m, q, m->rest_x);
-    if (om_distance(rest, q->x) > MOVED) return true;
-    if (om_distance(rest, p) <= MOVED) return false;  // `rest` lies on the surface of the tree
-    return !om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL);
-}
-
 // How far picture and twin are apart where one of them lies still, otherwise 0: the lift of the twin's material above
 // the measured point p where p lies still, or the distance of a moved p from its closest point q of the twin if q
 // lies still.
@@ -362,23 +343,20 @@ static double find_apart(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) 
     return fmax(0, om_dot(lift, om_normalize(om_cross(ab, ac))));
 }
 
-// The distances of all points, or of the points that moved; returns how many. *part: see OmMonitorFrame. *mean: of all.
-static int find_distances(OmMonitor* m, int npoint, bool is_moved_only, double* part,
-                          double* mean) {
-    int n = 0;
+// The distances of all points, sorted. *part: see OmMonitorFrame. *mean: of the distances.
+static void find_distances(OmMonitor* m, int npoint, double* part, double* mean) {
     *mean = 0;
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
         OmVec3 p = om_load3(m->x, i);
         om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
         m->apart[i] = find_apart(m, p, &q);
+        m->distance[i] = q.distance;
         *mean += q.distance / npoint;
-        if (!is_moved_only || has_moved(m, p, &q)) m->distance[n++] = q.distance;
     }
     om_sort_doubles(m->apart, npoint);
     *part = om_quantile(m->apart, npoint, 1 - m->def.settings.part_share);
-    om_sort_doubles(m->distance, n);
-    return n;
+    om_sort_doubles(m->distance, npoint);
 }
 
 // ---- a frame ----------------------------------------------------------------------------------------------------
@@ -423,33 +401,32 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 }
 
 // Alg. 5, lines 5 to 17.
-static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
+static void judge(OmMonitor* m, bool is_holding, OmMonitorFrame* f) {
     const OmSceneMonitor* settings = &m->def.settings;
-    bool is_moved_only = has_grasped && settings->region == OM_MONITOR_MOVED;
     double mean;
-    int n = find_distances(m, f->npoint, is_moved_only, &f->part, &mean);
-    f->nmoved = is_moved_only ? n : 0;
-    bool is_enough = !is_moved_only || n >= OM_MONITOR_MIN_MOVED;
-    f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;
-    if (!has_grasped) {
+    find_distances(m, f->npoint, &f->part, &mean);
+    f->distance = om_quantile(m->distance, f->npoint, 0.5);
+    if (!is_holding) {
+        const bool has_changed = f->nrest > 0 && fabs(f->distance - f->rest) > REST_CHANGE;
+        if (m->was_holding || has_changed) m->rest_sum = m->mean_sum = f->nrest = 0;
         m->rest_sum += f->distance;
         m->mean_sum += mean;
         f->rest = m->rest_sum / ++f->nrest;
         keep_rest(m);
     }
+    m->was_holding = is_holding;
     f->mean = f->nrest > 0 ? mean - m->mean_sum / f->nrest : mean;
     f->mu = f->distance - f->rest;
-    f->state = has_grasped ? om_monitor_next_state(settings, f->state, f->mu) : 0;
+    f->state = is_holding ? om_monitor_next_state(settings, f->state, f->mu) : 0;
 }
 
 OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* x_twin,
-                          bool has_grasped, OmMonitorFrame* frame) {
+                          bool is_holding, OmMonitorFrame* frame) {
     *frame = (OmMonitorFrame){0};
     OM_TRY(check_input(m, obs, x_twin));
     int npoint, nvisible;
     OM_TRY(compare(m, obs, x_twin, &npoint, &nvisible));
     OmMonitorFrame f = m->last;
-    m->has_grasped |= has_grasped;
     bool is_first = !m->has_begun;
     m->has_begun = true;
     m->period = period_at(m, obs->time);
@@ -463,7 +440,7 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     bool is_good = !f.is_stale && !f.is_blind;
     if (is_good || is_first) m->good_time = obs->time;
     f.unseen = fmax(0, obs->time - m->good_time);
-    if (is_good) judge(m, m->has_grasped, &f);
+    if (is_good) judge(m, is_holding, &f);
     m->last = *frame = f;
     return OM_OK;
 }

@@ -55,11 +55,8 @@ typedef struct Belief {
     // the warning state (belief_warn.c)
     OmMonitorFrame frame;  // the last one
     OmSceneMonitor monitor_settings;
-    bool is_acting;  // set by the loop: an action is under way, or what it exposed is verified
     Warning warn;
     int warning_action;   // largest state during the current action that nothing has answered
-    double settle_begin;  // s, since when the arms keep still after a fold
-    bool has_grasped;     // tissue, in this operation
     bool has_effect_due;  // of the last update on mu
     double effect_time;   // s, when to measure it
     int effect_update;    // which one
@@ -70,6 +67,7 @@ typedef struct Belief {
 
     // acquisitions and estimates (belief_look.c)
     double look_begin;          // s, since when the arms keep still
+    bool is_looking;            // until an acquisition is taken
     OmMatchAdoption* adoption;  // of the twin; null without an updater
     int nfailed;                // estimates in a row that ended in an error
     int update_capacity;        // of the record
@@ -81,13 +79,6 @@ typedef struct Belief {
     int doubt;              // the strongest doubt until now
     bool has_narrowed;      // the intersection is not that of the last doubt
 
-    // belief_follow.c
-    double* increment;    // m, from the twin to the newest scan, or null  (nvert x 3)
-    unsigned char* goal;  // scratch: attachments after the following      (nvert)
-    bool has_increment;
-    bool is_of_fold;    // the estimate under way, or the last one, is of tissue that was folded
-    bool has_followed;  // since the grasp, and no fold was tried in the twin since
-    bool is_waiting;    // the twin follows, and the arms keep still
 } Belief;
 
 // ---- belief.c ----------------------------------------------------------------------------------------------
@@ -124,15 +115,14 @@ double
 om__warn_part(const Belief* belief);  // m, OmMonitorFrame.part less its value before the grasp
 bool om__warn_is_due(const Belief* belief);  // a frame, in the step that follows
 OmStatus om__warn_frame(Belief* belief, const OmObservation* obs);
-OmStatus om__warn_end(Belief* belief);      // at the end: the effect of the last update
+void om__warn_end(Belief* belief);  // at a release, and at the end: the effect of the last update
 bool om__warn_stops(const Belief* belief);  // the current motion must stop
 // When an action has ended, or the step `done` after it: what comes next.
-// @param continues  the plan's next action is a pull
-AfterStep om__warn_after(const Belief* belief, bool continues, AfterStep done);
-void om__warn_begin_settling(Belief* belief);
-// While the arms keep still after a fold: judge it at the end.
-OmStatus om__warn_settle(Belief* belief, bool* needs_tick);
-OmStatus om__warn_note_update(Belief* belief, OmUpdateStage stage);
+// @param next  the plan's next action, null: none
+AfterStep om__warn_after(const Belief* belief, const OmPlanAction* next, AfterStep done);
+// Does an acquisition that is taken now want an estimate? With a monitor only a warning does.
+bool om__warn_wants_estimate(const Belief* belief);
+void om__warn_note_update(Belief* belief, OmUpdateStage stage);
 void om__warn_begin_learning(Belief* belief);
 bool om__warn_is_learning(Belief* belief);  // false: the arms need not wait any more
 void om__warn_give_up(Belief* belief);  // arms that hold tissue must release it: no pull, no fold
@@ -143,7 +133,6 @@ void om__warn_give_up(Belief* belief);  // arms that hold tissue must release it
 OmStatus om__look_take(Belief* belief, bool* needs_tick);
 void om__look_note_grasp(Belief* belief, int arm, OmPose pose_world_tip);
 OmStatus om__look_note_release(Belief* belief, int arm);
-OmStatus om__look_notify_follow(Belief* belief);  // of an adopted estimate
 OmStatus om__look_check(Belief* belief);  // after a step: adopt or refuse an estimate that is ripe
 OmStatus
 om__look_start(Belief* belief);         // after decisions: start an estimate from new acquisitions
@@ -161,16 +150,6 @@ void om__doubt_mark(Belief* belief, int vert, bool is_attached);     // by a per
 // When no plan is left: begin to free what is doubted, if a point can be grasped then.
 OmStatus om__doubt_free(Belief* belief, bool* is_changed);
 bool om__doubt_is_over(const Belief* belief);
-
-// ---- the twin follows a picture (belief_follow.c): nothing happens without an estimator ---------------------------
-
-OmStatus om__follow_create(Belief* belief);
-// The way to the scan of the estimate just joined.
-void om__follow_keep(Belief* belief, bool is_adopted);
-// Begin to follow it, if there is one and tissue is held. The arms stop.
-OmStatus om__follow_begin(Belief* belief, bool* has_begun);
-OmStatus om__follow_drop(Belief* belief);                   // the tissue is released
-bool om__follow_is_fixed(const Belief* belief, int block);  // as om__grid_is_fixed of the twin
 
 // ---- forces (belief_force.c) ---------------------------------------------------------------------------------------
 

@@ -1,8 +1,8 @@
 // belief_update.c: the acquisitions of a loop, and the job that estimates attachments from them.
 //
-// The loop's thread takes acquisitions and keeps the last ones, each of other grasps: a second look at the same grasp
-// replaces the first, since it shows the tissue lifted higher. The job reads the acquisitions that were kept when it
-// was started; later ones wait for the next estimate.
+// The loop's thread takes acquisitions and keeps the last ones: a second look at the same grasp replaces the first,
+// since it shows the tissue lifted higher; of a grasp one of lifted tissue and one of folded tissue is kept. The job
+// reads the acquisitions that were kept when it was started; later ones wait for the next estimate.
 #include "belief/belief_updater.h"
 
 #include <math.h>
@@ -18,7 +18,6 @@ const char* om_update_stage_text(OmUpdateStage stage) {
     case OM_UPDATE_REFUSED: return "refused";
     case OM_UPDATE_CANCELLED: return "cancelled";
     case OM_UPDATE_DOUBTED: return "doubted";
-    case OM_UPDATE_FOLLOWED: return "followed";
     }
     return "";
 }
@@ -156,7 +155,9 @@ static OmStatus copy_grasps(const OmUpdater* u, const OmPose tip[OM_MAX_ARM], Ta
 static void keep(OmUpdater* u, Taken* t) {
     int drop = u->nkept == u->def.settings.keep ? 0 : -1;
     for (int i = 0; i < u->nkept; ++i)
-        if (memcmp(u->kept[i]->number, t->number, sizeof t->number) == 0) drop = i;
+        if (memcmp(u->kept[i]->number, t->number, sizeof t->number) == 0 &&
+            u->kept[i]->is_folded == t->is_folded)
+            drop = i;
     if (drop >= 0) {
         taken_drop(u->kept[drop]);
         --u->nkept;
@@ -164,17 +165,17 @@ static void keep(OmUpdater* u, Taken* t) {
     }
     u->kept[u->nkept++] = t;
     ++u->ntaken;
-    u->is_due = true;
 }
 
 OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
                           const OmPose tip[OM_MAX_ARM], const OmBody* twin,
-                          const unsigned char* attached) {
+                          const unsigned char* attached, bool is_folded, bool is_wanted) {
     OmStatus status = OM_OK;
     u->nnode = om_body_node_count(twin);
     Taken* t = om_calloc(1, sizeof *t);
     if (!t) return OM_NO_MEMORY;
     t->nref = 1;
+    t->is_folded = is_folded;
     t->data.time = time;
     t->data.rest = u->rest.pixel ? &u->rest : NULL;  // as long as the updater's loop
     OM_TRY_DONE(copy_grasps(u, tip, t));
@@ -186,6 +187,7 @@ OmStatus om__updater_take(OmUpdater* u, const OmObservation* obs, double time,
     t->data.attached = t->attached;
     OM_TRY_DONE(om_scan_from_observation(&u->def.scan, &u->def.space, obs, &t->data.scan));
     keep(u, t);
+    u->is_due |= is_wanted;
     t = NULL;
 done:
     taken_drop(t);

@@ -13,6 +13,7 @@ typedef struct Taken {
     unsigned char* attached;  // of data
     int* vert[OM_MAX_ARM];    // of data.grasp
     int number[OM_MAX_ARM];   // of the grasp of each arm, counted from 1; 0: none
+    bool is_folded;           // of tissue that was folded since it was grasped
     int nref;
 } Taken;
 
@@ -58,11 +59,11 @@ void om__updater_release(OmUpdater* updater, int arm);
 /// Take over a scan of the first picture, if no arm has grasped yet and there is none.
 void om__updater_take_rest(OmUpdater* updater, OmScan* scan);
 /// Take an acquisition from an observation with depth; `tip`: pose of each tool in the twin, world frame. The newest
-/// of the same grasps is replaced, or the oldest of too many.
+/// of the same grasps is replaced, or the oldest of too many. `is_wanted`: an estimate is due then.
 /// @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
 OmStatus om__updater_take(OmUpdater* updater, const OmObservation* observation, double time,
                           const OmPose tip[OM_MAX_ARM], const OmBody* twin,
-                          const unsigned char* attached);
+                          const unsigned char* attached, bool is_folded, bool is_wanted);
 /// Start the job with the kept acquisitions. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
 OmStatus om__updater_start(OmUpdater* updater, int tick, double time);
 /// True if the job's result is to be taken in this tick. The loop then joins the job, and may wait.

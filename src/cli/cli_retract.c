@@ -65,7 +65,6 @@ static const OmCliKey result_key[] = {
     {"twin_step_ms", "mean of a step of the twin"},
     {"acquisitions", "taken, with --update or --record-acquisitions"},
     {"updates_adopted", "estimates that the twin adopted"},
-    {"updates_followed", "estimates after which forces brought the twin to what the camera sees"},
     {"updates_refused", "estimates that left the twin unchanged"},
     {"warnings", "times that the warning state rose to 1 or above"},
     {"mu_max_mm", "largest discrepancy of the twin, while tissue was held"},
@@ -100,20 +99,18 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
 // Print what the depth camera taught the twin.
 static void print_updates(const OmRetractResult* r) {
     if (r->belief.nacquisition == 0) return;
-    int nadopted = 0, nfollowed = 0, nrefused = 0;
+    int nadopted = 0, nrefused = 0;
     const char* reason = "";
     for (int i = 0; i < r->belief.nupdate; ++i) {
         nadopted += r->belief.update[i].stage == OM_UPDATE_ADOPTED;
-        nfollowed += r->belief.update[i].is_followed;
         nrefused += r->belief.update[i].stage == OM_UPDATE_REFUSED;
         if (r->belief.update[i].stage == OM_UPDATE_REFUSED) reason = r->belief.update[i].reason;
     }
-    printf("  updates: %d acquisitions, %d estimates adopted, %d followed, %d refused%s%s\n",
-           r->belief.nacquisition, nadopted, nfollowed, nrefused,
-           nrefused ? ", the last because " : "", reason);
+    printf("  updates: %d acquisitions, %d estimates adopted, %d refused%s%s\n",
+           r->belief.nacquisition, nadopted, nrefused, nrefused ? ", the last because " : "",
+           reason);
     om_cli_figure("acquisitions", r->belief.nacquisition);
     om_cli_figure("updates_adopted", nadopted);
-    om_cli_figure("updates_followed", nfollowed);
     om_cli_figure("updates_refused", nrefused);
 }
 
@@ -169,8 +166,8 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             r->twin.nadded);
     if (r->twin.turned > 0 || r->twin.shifted > 0)
         printf(
-            "  registration: the model was turned by %.1f degrees and shifted by %.1f mm before the operation, onto the "
-            "tissue seen at rest\n",
+            "  registration: before the operation the model was turned by %.1f degrees and shifted by %.1f mm, "
+            "onto the tissue seen at rest\n",
             180 / OM_PI * r->twin.turned, 1e3 * r->twin.shifted);
     if (r->effort.nmeasured > 0)
         printf(

@@ -142,7 +142,6 @@ static void take_scan(void* ctx, OmScan* scan) {
 
 static void note_grasp(void* ctx, int arm, OmPose tip) {
     OmLoop* loop = ctx;
-    loop->belief.has_grasped = true;
     om__look_note_grasp(&loop->belief, arm, tip);
 }
 
@@ -256,8 +255,7 @@ void om_loop_destroy(OmLoop* loop) {
 static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OM_TRY(om__look_end(&loop->belief));
-    OM_TRY(om__warn_end(&loop->belief));
-    OM_TRY(om__follow_drop(&loop->belief));
+    om__warn_end(&loop->belief);
     r->twin.step_ms = loop->act.tick ? 1e3 * loop->twin_wall / loop->act.tick : 0;
     r->truth.ntorn = loop->truth_nattached - om__count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
@@ -312,25 +310,13 @@ OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command) {
 
 // ---- ticks ----------------------------------------------------------------------------------------------
 
-// While the twin follows a picture the arms keep still; then the stopped motion continues.
-static OmStatus check_follow(OmLoop* loop, bool* waits) {
-    Belief* b = &loop->belief;
-    const bool was_waiting = b->is_waiting;
-    *waits = b->is_waiting = was_waiting && om_match_adoption_is_following(b->adoption);
-    const bool is_in_motion = loop->stage == STAGE_ACTION && loop->act.action.nwait == 0;
-    const bool is_over = was_waiting && !*waits && is_in_motion && !loop->is_paused;
-    return is_over && !om__warn_stops(b) ? om__motion_resume(&loop->act) : OM_OK;
-}
-
 static OmStatus tick(OmLoop* loop) {
     OM_TRY(om__loop_notify_begin(loop));
     OM_TRY(om__loop_step(loop));
     OM_TRY(om__loop_notify_tick(loop));
     OM_TRY(om__look_check(&loop->belief));
     OM_TRY(om__loop_check_hold(loop));
-    bool waits;
-    OM_TRY(check_follow(loop, &waits));
-    if (!loop->is_paused && !waits && loop->stage != STAGE_ENDED) OM_TRY(om__loop_decide(loop));
+    if (!loop->is_paused && loop->stage != STAGE_ENDED) OM_TRY(om__loop_decide(loop));
     if (loop->stage != STAGE_ENDED) OM_TRY(om__look_start(&loop->belief));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }
@@ -350,7 +336,6 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
     case STAGE_PLAN:
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;
-    case STAGE_SETTLE:
     case STAGE_LOOK: return OM_LOOP_LOOK;
     case STAGE_DOUBT:
     case STAGE_LEARN: return OM_LOOP_LEARN;

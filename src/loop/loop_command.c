@@ -82,8 +82,7 @@ static OmStatus resume(OmLoop* loop) {
         loop->verify_begin = loop->visible_since = loop->belief.look_begin = loop->act.time;
     if (loop->stage == STAGE_HOLD) return om__loop_end_hold(loop);
     bool is_in_motion = loop->stage == STAGE_ACTION && loop->act.action.nwait == 0;
-    return was_paused && is_in_motion && !loop->belief.is_waiting ? om__motion_resume(&loop->act)
-                                                                  : OM_OK;
+    return was_paused && is_in_motion ? om__motion_resume(&loop->act) : OM_OK;
 }
 
 // ---- plans ----------------------------------------------------------------------------------------------------

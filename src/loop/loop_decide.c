@@ -258,18 +258,14 @@ static void conclude_action(OmLoop* loop, bool* needs_tick) {
         leave_action(loop);
 }
 
-// After an action, or a step after it: the next one. `still`: s, since when the arms keep still.
-static void take_step(OmLoop* loop, AfterStep step, double still, bool* needs_tick) {
+// After an action, or a step after it: the next one.
+static void take_step(OmLoop* loop, AfterStep step, bool* needs_tick) {
     *needs_tick = false;
     switch (step) {
-    case AFTER_SETTLE:
-        om__loop_go(loop, STAGE_SETTLE);
-        om__warn_begin_settling(&loop->belief);
-        *needs_tick = true;
-        return;
     case AFTER_LOOK:
         om__loop_go(loop, STAGE_LOOK);
-        loop->belief.look_begin = still;
+        loop->belief.look_begin = loop->act.time;
+        loop->belief.is_looking = true;
         return;
     case AFTER_LEARN:
         om__loop_go(loop, STAGE_LEARN);
@@ -281,22 +277,14 @@ static void take_step(OmLoop* loop, AfterStep step, double still, bool* needs_ti
 
 static AfterStep next_step(const OmLoop* loop, AfterStep done) {
     const int next = loop->action_index + 1;
-    const bool continues =
-        next < loop->plan.naction && loop->plan.action[next].verb == OM_PLAN_PULL;
-    return om__warn_after(&loop->belief, continues, done);
+    return om__warn_after(&loop->belief,
+                          next < loop->plan.naction ? &loop->plan.action[next] : NULL, done);
 }
 
 static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     const AfterStep step = next_step(loop, AFTER_GO);
     OM_TRY(note_action(loop));
-    take_step(loop, step, loop->act.time, needs_tick);
-    return OM_OK;
-}
-
-static OmStatus check_settling(OmLoop* loop, bool* needs_tick) {
-    OM_TRY(om__warn_settle(&loop->belief, needs_tick));
-    if (*needs_tick) return OM_OK;
-    take_step(loop, next_step(loop, AFTER_SETTLE), loop->belief.settle_begin, needs_tick);
+    take_step(loop, step, needs_tick);
     return OM_OK;
 }
 
@@ -343,44 +331,17 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
     om__loop_go(loop, STAGE_NEXT_ACTION);
 }
 
-// At the end of learning, if the twin followed: what the twin does not expose is not tried with this grasp.
-static OmStatus judge_follow(OmLoop* loop) {
-    Belief* b = &loop->belief;
-    const bool has_followed = b->has_followed;
-    b->has_followed = false;
-    if (!has_followed || loop->act.visibility >= loop->task.visibility) return OM_OK;
-    if (b->frame.mu > b->monitor_settings.limit[0]) {  // not even forces explain the picture
-        om__warn_give_up(b);
-        return OM_OK;
-    }
-    for (int arm = 0; arm < loop->act.narm; ++arm) {
-        const int block = loop->act.arm[arm].in_hand;
-        bool exposes[2];  // away from the camera, towards the ROI
-        if (block < 0) continue;
-        OM_TRY(om__ahead_fold(loop->ahead, b, arm, exposes, &loop->ahead_count));
-        count_ahead(loop);
-        b->wants_plan = true;
-        if (!exposes[0]) b->tried[block] |= OM_TRIED_MOVE_AWAY;
-        if (!exposes[1]) b->tried[block] |= OM_TRIED_MOVE_ROI;
-        if (!exposes[0] && !exposes[1]) om__warn_give_up(b);
-    }
-    return OM_OK;
-}
-
 static OmStatus check_learning(OmLoop* loop, bool* needs_tick) {
     *needs_tick = om__warn_is_learning(&loop->belief);
     if (*needs_tick) return OM_OK;
-    OM_TRY(judge_follow(loop));
     conclude_action(loop, needs_tick);
     return OM_OK;
 }
 
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
-    // nothing is learnt in state 3
-    if (om__warning_is_stopped(&loop->belief.warn)) loop->belief.look_begin = loop->act.time;
     OM_TRY(om__look_take(&loop->belief, needs_tick));
     if (*needs_tick) return OM_OK;
-    take_step(loop, next_step(loop, AFTER_LOOK), loop->act.time, needs_tick);
+    take_step(loop, next_step(loop, AFTER_LOOK), needs_tick);
     return OM_OK;
 }
 
@@ -422,7 +383,6 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
-        case STAGE_SETTLE: OM_TRY(check_settling(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
         case STAGE_LEARN: OM_TRY(check_learning(loop, &needs_tick)); break;
         case STAGE_DOUBT:

@@ -103,5 +103,5 @@ OmStatus om__loop_end_hold(OmLoop* loop) {
     loop->has_lag_origin = false;
     loop->belief.nfailed = 0;
     bool is_in_motion = loop->stage == STAGE_ACTION && loop->act.action.nwait == 0;
-    return is_in_motion && !loop->belief.is_waiting ? om__motion_resume(&loop->act) : OM_OK;
+    return is_in_motion ? om__motion_resume(&loop->act) : OM_OK;
 }

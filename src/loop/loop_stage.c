@@ -6,12 +6,12 @@
 #include "loop/loop_state.h"
 
 static const char* const name[NSTAGE] = {
-    [STAGE_BEGIN] = "BEGIN",   [STAGE_VERIFY] = "VERIFY",
-    [STAGE_PLAN] = "PLAN",     [STAGE_NEXT_ACTION] = "NEXT_ACTION",
-    [STAGE_ACTION] = "ACTION", [STAGE_SETTLE] = "SETTLE",
-    [STAGE_LOOK] = "LOOK",     [STAGE_DOUBT] = "DOUBT",
-    [STAGE_LEARN] = "LEARN",   [STAGE_CONSENT] = "CONSENT",
-    [STAGE_HOLD] = "HOLD",     [STAGE_ENDED] = "ENDED",
+    [STAGE_BEGIN] = "BEGIN",     [STAGE_VERIFY] = "VERIFY",
+    [STAGE_PLAN] = "PLAN",       [STAGE_NEXT_ACTION] = "NEXT_ACTION",
+    [STAGE_ACTION] = "ACTION",   [STAGE_LOOK] = "LOOK",
+    [STAGE_DOUBT] = "DOUBT",     [STAGE_LEARN] = "LEARN",
+    [STAGE_CONSENT] = "CONSENT", [STAGE_HOLD] = "HOLD",
+    [STAGE_ENDED] = "ENDED",
 };
 
 // In the order of the drawing. Beside these every stage may be left for HOLD and for ENDED, and HOLD leads back.
@@ -27,17 +27,11 @@ static const StageEdge edge[] = {
     {STAGE_PLAN, STAGE_ENDED, "none, or too many actions"},
     {STAGE_NEXT_ACTION, STAGE_ACTION, "it begins"},
     {STAGE_NEXT_ACTION, STAGE_PLAN, "a person demands a new plan"},
-    {STAGE_ACTION, STAGE_SETTLE, "a fold is still to be judged"},
     {STAGE_ACTION, STAGE_LOOK, "an acquisition"},
     {STAGE_ACTION, STAGE_LEARN, "an answer to a warning is awaited"},
     {STAGE_ACTION, STAGE_VERIFY, "the ROI is in view"},
     {STAGE_ACTION, STAGE_NEXT_ACTION, "as planned"},
     {STAGE_ACTION, STAGE_PLAN, "the end of the plan, or a limit"},
-    {STAGE_SETTLE, STAGE_LOOK, "an acquisition"},
-    {STAGE_SETTLE, STAGE_LEARN, "an answer to a warning is awaited"},
-    {STAGE_SETTLE, STAGE_VERIFY, "the ROI is in view"},
-    {STAGE_SETTLE, STAGE_NEXT_ACTION, "as planned"},
-    {STAGE_SETTLE, STAGE_PLAN, "the end of the plan"},
     {STAGE_LOOK, STAGE_LEARN, "an answer to a warning is awaited"},
     {STAGE_LOOK, STAGE_VERIFY, "the ROI is in view"},
     {STAGE_LOOK, STAGE_NEXT_ACTION, "a pull, beside the estimate"},

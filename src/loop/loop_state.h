@@ -16,7 +16,6 @@ typedef enum Stage {
     STAGE_PLAN,         // make a plan
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
-    STAGE_SETTLE,       // the arms keep still after a fold, before it is judged; waits
     STAGE_LOOK,         // the arms keep still before an acquisition; waits
     STAGE_DOUBT,        // the twin frees doubted attachments; waits
     STAGE_LEARN,        // the arms keep still until the twin has learnt; waits

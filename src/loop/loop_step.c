@@ -58,7 +58,7 @@ static OmStatus watch_truth(OmLoop* loop) {
 }
 
 static void watch_force(OmLoop* loop) {
-    if (!loop->has_forces || loop->belief.is_waiting) return;  // springs of a following are no pull
+    if (!loop->has_forces) return;
     double limit = om__force_limit(&loop->task), largest = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->act.force[a]);
     loop->force_action = fmax(loop->force_action, largest);
@@ -124,19 +124,12 @@ static OmStatus take_look(OmLoop* loop, const OmObservation* obs) {
     return status;
 }
 
-// Until what it exposed is verified.
-static bool is_acting(const OmLoop* loop) {
-    return loop->stage == STAGE_ACTION || loop->stage == STAGE_SETTLE ||
-           loop->stage == STAGE_VERIFY;
-}
-
 OmStatus om__loop_step(OmLoop* loop) {
     double dt = loop->task.time_step;
     OmStatus status = om_world_advance(loop->world, dt);
     if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->act.time);
     bool is_look = loop->act.tick % LOOK_EVERY == 0;
     OmObservation obs = {0};
-    loop->belief.is_acting = is_acting(loop);
     const bool is_frame = om__warn_is_due(&loop->belief);
     unsigned what = is_look ? sources_of_look(loop) : 0;
     if (is_frame) what |= om_monitor_sources(loop->belief.monitor, loop->world);

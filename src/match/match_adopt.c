@@ -10,11 +10,6 @@
 // Rejected: to fix it at X when its spring has arrived. A vertex under 0.4 N then moves by 1.25 mm in one step.
 // Rejected: fixed anchors that travel for all. The tool and a fixed vertex then prescribe the same element, and forces
 // have no bound; a spring gives way.
-//
-// Following: springs of FOLLOW E d, d^3 the volume of a vertex, whose anchors arrive at RISE of the time. In folds of
-// the sheet of the retraction study the twin was 4.4 and 5.1 mm from the picture; with the true attachments it would
-// be, too, since its fold tips over at another place. Springs alone bring it to 1.0 and 0.1 mm, and it falls back to
-// 4.9 and 4.4 mm within 0.2 s of their end. Forces in their place, of 1.6 and 0.5 N in sum, keep it at 0.5 and 0.1 mm.
 #include <math.h>
 #include <string.h>
 
@@ -24,25 +19,19 @@
     300.0  // N/m, of the springs that lead to fixed vertices, where the estimate has no spring
 
 #define SPRING_SHARE 0.6  // of the time: springs of vertices that are to be held still arrive
-#define FOLLOW 3.0        // stiffness of the springs that a body follows
-#define RISE 0.4          // of the time: their anchors arrive
 
 typedef struct Head {
     int nvert;       // of the mesh
     int nlist;       // vertices that are attached or being freed
     int is_active;   //
     int has_spring;  // the engine has springs
-    int is_follow;   // springs lead the free vertices to anchors
-    int reserved;
     double elapsed, seconds;
-    double force;  // N, sum of the lengths of the forces of the last following
 } Head;
 
 struct OmMatchAdoption {
     size_t size;     // of the block: Head and arrays
     Head* head;      // the block
-    double* anchor;  // at the beginning, m; of a following: at its end  (nvert x 3)
-    double* from;    // m, where a following began                    (nvert x 3)
+    double* anchor;  // at the beginning, m                  (nvert x 3)
     double* spring;  // N/m, at the beginning; 0: held still             (nvert)
     double* goal;    // N/m, in the end; 0: held still; below 0: freed  (nvert)
     int* vert;       // vertices                                         (nvert)
@@ -57,7 +46,7 @@ OmStatus om_match_adoption_create(int nvert, OmMatchAdoption** out) {
     OmMatchAdoption* a = om_calloc(1, sizeof *a);
     if (!a) return OM_NO_MEMORY;
     size_t n = (size_t)nvert;
-    a->size = sizeof(Head) + n * (8 * sizeof(double) + sizeof(int));
+    a->size = sizeof(Head) + n * (5 * sizeof(double) + sizeof(int));
     a->head = om_calloc(1, a->size);
     a->now = om_calloc(3 * n, sizeof *a->now);
     a->now_spring = om_calloc(n, sizeof *a->now_spring);
@@ -68,8 +57,7 @@ OmStatus om_match_adoption_create(int nvert, OmMatchAdoption** out) {
     }
     a->head->nvert = nvert;
     a->anchor = (double*)(a->head + 1);
-    a->from = a->anchor + 3 * n;
-    a->spring = a->from + 3 * n;
+    a->spring = a->anchor + 3 * n;
     a->goal = a->spring + n;
     a->vert = (int*)(a->goal + n);
     *out = a;
@@ -139,12 +127,9 @@ static int make_list(OmMatchAdoption* a, const OmBody* body, const unsigned char
     return n;
 }
 
-static OmStatus end_follow(OmMatchAdoption* a, OmBody* body);
-
 OmStatus om_match_adoption_begin(OmMatchAdoption* a, OmBody* body, const unsigned char* attached,
                                  const double* stiffness, double seconds) {
     OM_TRY(check_begin(a, body, attached, stiffness, seconds));
-    if (om_match_adoption_is_following(a)) OM_TRY(end_follow(a, body));
     double* goal;
     OM_ALLOC(goal, a->head->nvert);
     int n = make_list(a, body, attached, stiffness, goal);
@@ -166,8 +151,7 @@ OmStatus om_match_adoption_begin(OmMatchAdoption* a, OmBody* body, const unsigne
                           .nlist = n,
                           .is_active = 1,
                           .has_spring = has_spring,
-                          .seconds = seconds,
-                          .force = a->head->force};
+                          .seconds = seconds};
         memcpy(a->anchor, a->now, 3 * m * sizeof *a->anchor);
         memcpy(a->spring, a->now_spring, m * sizeof *a->spring);
         memcpy(a->goal, goal, m * sizeof *goal);
@@ -192,17 +176,6 @@ static void fix(OmMatchAdoption* a, const OmBody* body) {
     }
 }
 
-// Forces of an earlier following belong to the attachments before: they fade.
-static OmStatus fade_force(OmMatchAdoption* a, OmBody* body, double t_last, double t) {
-    const size_t n = 3 * (size_t)a->head->nvert;
-    const double rest = 1 - smooth(t_last);
-    if (a->head->force == 0) return OM_OK;
-    for (size_t i = 0; i < n; ++i)
-        a->now[i] = rest > 0 ? om_body_force(body)[i] * (1 - smooth(t)) / rest : 0;
-    if (t >= 1) a->head->force = 0;
-    return om_body_set_force(body, a->now);
-}
-
 // Attachments at the time share t.
 static OmStatus apply(OmMatchAdoption* a, OmBody* body, double t) {
     const double* rest = om_body_site(body)->mesh.x;
@@ -224,117 +197,6 @@ static OmStatus apply(OmMatchAdoption* a, OmBody* body, double t) {
     return om_body_set_attachment(body, n, a->now_vert, a->now, a->now_spring);
 }
 
-// ---- following ----------------------------------------------------------------------------------------------
-
-bool om_match_adoption_is_following(const OmMatchAdoption* a) {
-    return a->head->is_active && a->head->is_follow;
-}
-
-double om_match_adoption_force(const OmMatchAdoption* a) { return a->head->force; }
-
-// The list in scratch: attachments with their anchors, the other vertices with anchors at the increment. A following
-// under way lists all vertices.
-static void list_all(OmMatchAdoption* a, const OmBody* body, const double* increment,
-                     double* goal) {
-    const OmSite* site = om_body_site(body);
-    const double volume = om_tet_mesh_volume(&site->mesh) / site->mesh.nvert;
-    const double stiffness = FOLLOW * om_site_get_material(site, 0).young * cbrt(volume);
-    const double* present = om_body_attachment_stiffness(body);
-    for (int v = 0; v < a->head->nvert; ++v) goal[v] = om_body_attached(body)[v] ? present[v] : -1;
-    for (int i = 0; a->head->is_active && i < a->head->nlist; ++i) goal[i] = a->goal[i];
-    for (int v = 0; v < a->head->nvert; ++v) {
-        const bool is_held = goal[v] >= 0;
-        OmVec3 x = om_load3(om_body_x(body), v);
-        a->now_vert[v] = v;
-        a->now_spring[v] = is_held ? goal[v] : stiffness;
-        om_store3(a->now, v,
-                  is_held ? om_load3(site->mesh.x, v) : om_add(x, om_load3(increment, v)));
-    }
-}
-
-OmStatus om_match_adoption_follow(OmMatchAdoption* a, OmBody* body, const double* increment,
-                                  double seconds) {
-    const size_t n = (size_t)a->head->nvert;
-    OM_CHECK(increment && om_body_site(body)->mesh.nvert == a->head->nvert, OM_INVALID,
-             "following: of %d vertices, the body has %d; or `increment` is null", a->head->nvert,
-             om_body_site(body)->mesh.nvert);
-    OM_CHECK(isfinite(seconds) && seconds > 0, OM_INVALID, "following: %g s, must be above 0",
-             seconds);
-    for (size_t i = 0; i < 3 * n; ++i)
-        OM_CHECK(isfinite(increment[i]), OM_INVALID,
-                 "following: the increment of vertex %d is not finite", (int)(i / 3));
-    OM_CHECK(!a->head->is_active || a->head->is_follow, OM_INVALID,
-             "following: an adoption is under way");
-    OM_CHECK(om_body_engine(body)->has_springs, OM_UNAVAILABLE,
-             "following: engine \"%s\" has no springs", om_body_engine(body)->name);
-    double* goal;
-    OM_ALLOC(goal, n);
-    list_all(a, body, increment, goal);
-    *a->head = (Head){.nvert = a->head->nvert,
-                      .nlist = a->head->nvert,
-                      .is_active = 1,
-                      .has_spring = 1,
-                      .is_follow = 1,
-                      .seconds = seconds};
-    memcpy(a->anchor, a->now, 3 * n * sizeof *a->anchor);
-    memcpy(a->from, om_body_x(body), 3 * n * sizeof *a->from);
-    memcpy(a->spring, a->now_spring, n * sizeof *a->spring);
-    memcpy(a->goal, goal, n * sizeof *goal);
-    memcpy(a->vert, a->now_vert, n * sizeof *a->vert);
-    om_free(goal);
-    return om_body_set_force(body, NULL);
-}
-
-// Where the spring of a free vertex leads at a share of the way.
-static OmVec3 follow_anchor(const OmMatchAdoption* a, int v, double share) {
-    return om_lerp(om_load3(a->from, v), om_load3(a->anchor, v), share);
-}
-
-// Forces in place of the springs.
-static OmStatus set_follow_force(OmMatchAdoption* a, OmBody* body, double share) {
-    Head* h = a->head;
-    h->force = 0;
-    for (int v = 0; v < h->nvert; ++v) {
-        const bool is_free = a->goal[v] < 0 && om_body_held_by(body)[v] < 0;
-        OmVec3 way = om_sub(follow_anchor(a, v, share), om_load3(om_body_x(body), v));
-        OmVec3 f = om_scale(is_free ? a->spring[v] : 0, way);
-        om_store3(a->now, v, f);
-        h->force += om_norm(f);
-    }
-    return om_body_set_force(body, a->now);
-}
-
-// Springs at the time share t, or forces. A grasped vertex follows its tool; it keeps the spring of an attachment.
-static OmStatus apply_follow(OmMatchAdoption* a, OmBody* body, double t, bool is_end) {
-    const signed char* held_by = om_body_held_by(body);
-    const double share = smooth(t / RISE);
-    int n = 0;
-    if (is_end) OM_TRY(set_follow_force(a, body, share));
-    for (int v = 0; v < a->head->nvert; ++v) {
-        const bool is_attached = a->goal[v] >= 0, is_grasped = held_by[v] >= 0;
-        if (!is_attached && (is_grasped || is_end)) continue;
-        if (is_attached && is_grasped && a->goal[v] == 0) continue;
-        const OmVec3 to = is_attached ? om_load3(a->anchor, v) : follow_anchor(a, v, share);
-        om_store3(a->now, n, to);
-        a->now_spring[n] = a->spring[v];
-        a->now_vert[n++] = v;
-    }
-    return om_body_set_attachment(body, n, a->now_vert, a->now, a->now_spring);
-}
-
-// Forces and attachments from now on.
-static OmStatus end_follow(OmMatchAdoption* a, OmBody* body) {
-    a->head->is_active = 0;
-    return apply_follow(a, body, a->head->elapsed / a->head->seconds, true);
-}
-
-OmStatus om_match_adoption_stop(OmMatchAdoption* a, OmBody* body) {
-    if (!om_match_adoption_is_following(a)) return OM_OK;
-    OM_TRY(end_follow(a, body));
-    a->head->force = 0;
-    return om_body_set_force(body, NULL);
-}
-
 // ---- a step ---------------------------------------------------------------------------------------------------
 
 OmStatus om_match_adoption_step(OmMatchAdoption* a, OmBody* body, double dt) {
@@ -344,13 +206,6 @@ OmStatus om_match_adoption_step(OmMatchAdoption* a, OmBody* body, double dt) {
     OM_CHECK(om_body_site(body)->mesh.nvert == h->nvert, OM_INVALID, "adoption: of another body");
     double t = fmin(1, (h->elapsed + dt) / h->seconds);  // seconds > 0
     if (t > 1 - 1e-9) t = 1;
-    if (h->is_follow) {
-        OM_TRY(apply_follow(a, body, t, t >= 1));
-        h->elapsed += dt;
-        h->is_active = t < 1;
-        return OM_OK;
-    }
-    OM_TRY(fade_force(a, body, h->elapsed / h->seconds, t));
     if (h->has_spring && h->elapsed / h->seconds <= SPRING_SHARE && t > SPRING_SHARE) fix(a, body);
     OM_TRY(apply(a, body, t));
     h->elapsed += dt;

@@ -181,10 +181,9 @@ static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out
     out->stiffness = om_calloc((size_t)nvert, sizeof *out->stiffness);
     out->attached = om_calloc((size_t)nvert, 1);
     out->verdict = om_calloc((size_t)nacq, sizeof *out->verdict);
-    out->shape = om_calloc(3 * (size_t)nnode, sizeof *out->shape);
     out->x = om_calloc((size_t)nacq * 3 * (size_t)nnode, sizeof *out->x);
     bool is_whole = out->verdict && out->probability && out->uncertainty && out->stiffness &&
-                    out->attached && out->shape && out->x;
+                    out->attached && out->x;
     for (int i = 0; is_whole && i < m->view.ncandidate; ++i)
         out->uncertainty[m->candidate[i]] = 1;  // until a scan says more
     return is_whole ? OM_OK : OM_NO_MEMORY;
@@ -305,19 +304,6 @@ static OmStatus infer(Job* j) {
     return OM_OK;
 }
 
-// ---- the shape of the newest scan --------------------------------------------------------------------------------
-
-static OmStatus keep_shape(Job* j) {
-    OmMatchEstimate* out = j->out;
-    OmMatchTrial shape;
-    const size_t n3 = 3 * (size_t)j->match->view.mesh->nvert;
-    OM_TRY(om__match_measure(&j->trier, j->evidence.x, &shape));
-    memcpy(out->shape, j->evidence.x + (size_t)(j->trier.nacq - 1) * n3, n3 * sizeof *out->shape);
-    out->shape_median = shape.median;
-    out->has_shape = shape.mean < CLEARLY * j->before.mean;
-    return OM_OK;
-}
-
 // ---- trials ---------------------------------------------------------------------------------------------------
 
 // Dice coefficient of two sets by area; 1 for two empty ones.
@@ -345,7 +331,6 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
     size_t size = (size_t)j->trier.nacq * 3 * (size_t)m->view.mesh->nvert * sizeof *out->x;
     OM_TRY(om__match_measure(&j->trier, j->evidence.x_before, &j->before));
     memcpy(j->mean_before, j->trier.mean, (size_t)j->nacq * sizeof *j->mean_before);
-    OM_TRY(keep_shape(j));
     for (int k = 0; k < n; ++k) {
         OM_TRY(om_progress_report(progress, "check", k, n));
         if (!j->set[k] || is_known(j, k)) continue;
@@ -377,7 +362,6 @@ static void spread_shapes(Job* j, int nacq, const OmAcquisition* acq) {
     OmMatchEstimate* out = j->out;
     size_t n3 = 3 * (size_t)out->nnode;
     int k = j->nacq - 1;
-    if (k >= 0 && j->number[k] != nacq - 1) out->has_shape = false;
     for (int a = nacq - 1; a >= 0; --a) {
         bool is_used = k >= 0 && j->number[k] == a;
         const double* from = is_used         ? out->x + (size_t)k * n3
@@ -574,6 +558,5 @@ void om_match_estimate_done(OmMatchEstimate* e) {
     om_free(e->attached);
     om_free(e->verdict);
     om_free(e->x);
-    om_free(e->shape);
     memset(e, 0, sizeof *e);
 }

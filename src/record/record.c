@@ -399,7 +399,6 @@ static void write_updates(OmJson* json, const OmRetractResult* r) {
         const OmRetractUpdate* u = &r->belief.update[i];
         om_json_open(json, NULL, '{');
         om_json_string(json, "outcome", om_update_stage_text(u->stage));
-        om_json_bool(json, "followed", u->is_followed);
         om_json_string(json, "reason", u->reason);
         om_json_integer(json, "acquisitions", u->nacquisition);
         om_json_number(json, "begin_s", u->start);

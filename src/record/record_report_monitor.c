@@ -14,13 +14,6 @@ static void add_counts(OmReport* report, const OmSceneMonitor* m, const OmRetrac
         r->belief.nmonitor, 1e3 * r->belief.mu_max, 1e3 * m->limit[0], r->belief.nwarning[0],
         1e3 * m->limit[1], r->belief.nwarning[1], 1e3 * m->limit[2], r->belief.nwarning[2]);
     om_report_paragraph(report, text);
-    if (m->fold_factor == 1) return;
-    snprintf(text, sizeof text,
-             "From a fold until the release the limits are %.3g, %.3g and %.3g mm: folded tissue "
-             "tips over at another moment than in the twin.",
-             1e3 * m->fold_factor * m->limit[0], 1e3 * m->fold_factor * m->limit[1],
-             1e3 * m->fold_factor * m->limit[2]);
-    om_report_paragraph(report, text);
 }
 
 static OmStatus add_charts(OmReport* report, const OmSceneMonitor* m, const OmRetractResult* r) {

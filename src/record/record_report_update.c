@@ -111,9 +111,8 @@ static OmStatus add_table(OmReport* report, const OmRetractResult* r) {
         const bool is_known = u->stage != OM_UPDATE_CANCELLED;
         snprintf(c[0], LEN, "%.1f - %.1f", u->start, u->end);
         snprintf(c[1], LEN, "%d", u->nacquisition);
-        const bool is_both = u->is_followed && u->stage == OM_UPDATE_ADOPTED;
-        snprintf(c[2], LEN, "%s%s%s%s", om_update_stage_text(u->stage),
-                 is_both ? ", then followed" : "", u->reason[0] ? ": " : "", u->reason);
+        snprintf(c[2], LEN, "%s%s%s", om_update_stage_text(u->stage), u->reason[0] ? ": " : "",
+                 u->reason);
         snprintf(c[3], LEN, "%d -> %d", u->nattached_before, u->nattached_after);
         snprintf(c[4], LEN, is_known ? "%.0f %%" : "-", 100 * u->seen_share);
         snprintf(c[5], LEN, is_known ? "%.1f -> %.1f mm" : "-", 1e3 * u->before_median,

@@ -246,12 +246,6 @@ OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* e, OmText* t) 
     case OM_UPDATE_REFUSED:
         return om_text_append(t, "The model is kept; the estimate from %d %s was refused: %s.",
                               e->nacquisition, views, e->reason);
-    case OM_UPDATE_FOLLOWED:
-        return om_text_append(
-            t,
-            "No attachments explain what the camera sees: %s. The attachments are kept, and forces "
-            "bring the model there until the tissue is released.",
-            e->reason);
     case OM_UPDATE_DOUBTED: return print_change(loop, e, t);
     case OM_UPDATE_CANCELLED:
         return om_text_append(t, "The model is kept: the operation ended before the estimate.");

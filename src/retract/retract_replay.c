@@ -124,13 +124,10 @@ static OmStatus read_command(Line line, int grid, ReplayCommand* out) {
     return OM_OK;
 }
 
-// The tick at which an estimate was adopted, refused, or followed. Of an estimate that was adopted and then followed
-// the first event counts.
+// The tick at which an estimate was adopted or refused.
 static OmStatus read_update(Line line, Replay* r, int most) {
     int index;
-    if (!has_text(line, "stage", "adopted") && !has_text(line, "stage", "refused") &&
-        !has_text(line, "stage", "followed"))
-        return OM_OK;
+    if (!has_text(line, "stage", "adopted") && !has_text(line, "stage", "refused")) return OM_OK;
     OM_TRY(get_int(line, "index", &index));
     OM_CHECK(index < most, OM_INVALID, "the audit has an estimate %d", index);
     if (index < r->nestimate) return OM_OK;

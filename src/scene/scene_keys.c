@@ -342,8 +342,6 @@ static const OmYamlField update_field[] = {
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 
-static const char* const region_name[] = {"tissue", "moved", NULL};
-
 static const OmYamlField monitor_field[] = {
     {"enabled", OM_YAML_BOOL, AT(OmSceneMonitor, is_enabled),
      .help = "is the twin compared with the depth camera during the operation?"},
@@ -357,11 +355,6 @@ static const OmYamlField monitor_field[] = {
      .help = "frames a second"},
     {"points", OM_YAML_INT, AT(OmSceneMonitor, npoint), .min = 100, .max = 100000,
      .help = "measured points on the tissue in a frame, at most"},
-    {"quantile", OM_YAML_DOUBLE, AT(OmSceneMonitor, quantile), .min = 0.1, .max = 0.99,
-     .help = "of the points' distances from the twin, whose rise is the discrepancy; 0.5: median"},
-    {"region", OM_YAML_ENUM, AT(OmSceneMonitor, region), .name = region_name,
-     .help =
-         "points compared: of all tissue, or only points that moved in the picture or in the twin"},
     {"part_limits_mm", OM_YAML_NUMBERS, AT(OmSceneMonitor, part_limit), .min = 0, .max = 100,
      .scale = MM, .capacity = 2, .unit = "mm",
      .help =
@@ -369,10 +362,6 @@ static const OmYamlField monitor_field[] = {
          "a pull is 1 and 2; ascending; [0, 0]: parts are not watched"},
     {"part_share", OM_YAML_DOUBLE, AT(OmSceneMonitor, part_share), .min = 0.001, .max = 0.5,
      .help = "share of the measured points that makes a part"},
-    {"fold_factor", OM_YAML_DOUBLE, AT(OmSceneMonitor, fold_factor), .min = 1, .max = 10,
-     .help = "on limits_mm while tissue is held that was folded"},
-    {"fold_at_rest", OM_YAML_BOOL, AT(OmSceneMonitor, is_fold_at_rest),
-     .help = "is state 1 of a fold judged when the fold has ended and the tissue rests?"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 

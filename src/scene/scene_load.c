@@ -82,11 +82,8 @@ OmScene om_scene_default(void) {
                                  .hysteresis = 0.5 * MM,
                                  .rate = 30,
                                  .npoint = 1000,
-                                 .quantile = 0.5,
                                  .part_limit = {4 * MM, 8 * MM},
-                                 .part_share = 0.02,
-                                 .fold_factor = 2,
-                                 .is_fold_at_rest = true};
+                                 .part_share = 0.02};
     return s;
 }
 

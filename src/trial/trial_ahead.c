@@ -11,8 +11,6 @@
 // stiffness of the twin does not tip over in softer tissue. A point that is not confirmed counts as hidden while the
 // program names further points, and exposes the ROI nevertheless if none of them is confirmed.
 //
-// Where the twin has followed a picture (belief_follow.c), both folds of the tissue in hand are tried from there.
-//
 // Rejected: trying three points in each case. The program takes the nearest point that is not known to fail, so the
 // second and third do not change the plan where the first exposes the ROI.
 #include "omentum/trial_ahead.h"
@@ -260,19 +258,4 @@ OmStatus om__ahead_run(OmAhead* a, Belief* belief, OmPlanner* planner, AheadCoun
     OmStatus status = try_points(a, belief, &nstep);
     restore(a, belief, nbad, nstep);
     return status;
-}
-
-OmStatus om__ahead_fold(OmAhead* a, Belief* belief, int arm, bool exposes[2], AheadCount* count) {
-    const ArmState* state = &belief->act->arm[arm];
-    exposes[0] = exposes[1] = false;
-    if (!a || state->is_turned) return OM_OK;  // trials keep the tools straight
-    const int nbad = om_body_nbad(belief->twin);
-    int nstep = 0;
-    prepare(a, belief, count);
-    a->attempt.max_step = a->def.max_step;
-    OM_TRY(save(a, belief));
-    OmStatus status = om__attempt_fold(&a->attempt, arm, state->tip, state->grasp_tip, state->joint,
-                                       exposes, &nstep);
-    restore(a, belief, nbad, nstep);
-    return status == OM_UNSAT ? OM_OK : status;
 }

@@ -280,20 +280,6 @@ OmStatus om__attempt_run(const Attempt* a, int arm, int block, AttemptResult* re
     return OM_OK;
 }
 
-OmStatus om__attempt_fold(const Attempt* a, int arm, OmVec3 tip, OmVec3 grasp_tip,
-                          const double q[OM_PSM_NJOINT], bool exposes[2], int* nstep) {
-    AttemptResult result = {.fold = OM_PLAN_PULL};
-    Attempt plain = *a;
-    plain.trace = NULL;
-    Try t = {.a = &plain, .best = &result, .arm = arm, .tip = tip, .grasp_tip = grasp_tip};
-    t.tool = a->q[arm];
-    memcpy(t.q, q, sizeof t.q);
-    OM_TRY(look(&t));
-    OM_TRY(try_folds(&t, exposes));
-    *nstep += t.nstep;
-    return t.is_cut ? OM_UNSAT : OM_OK;
-}
-
 OmStatus om__attempt_continue(const Attempt* a, OmPlanVerb verb, int arm, const Trace* trace,
                               bool* exposes, int* nstep) {
     AttemptResult result = {.fold = OM_PLAN_PULL};

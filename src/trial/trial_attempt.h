@@ -55,14 +55,6 @@ OmStatus om__attempt_step(const Attempt* attempt, int arm, OmVec3 tip, double* f
 // Grasp a block from the body's present state, pull, and fold where the ROI is still hidden. The body is left in any
 // state.
 OmStatus om__attempt_run(const Attempt* attempt, int arm, int block, AttemptResult* result);
-// Fold tissue in hand from the body's present state: does a fold away from the camera expose the ROI, or one towards
-// it? The body is left in any state.
-// @param tip, grasp_tip  of the arm, now and at the grasp, m, task frame
-// @param q               joints of the arm now
-// @param exposes         out: away from the camera, towards the ROI
-// @return OM_OK; OM_UNSAT (max_step ended it: nothing is known); errors of a step
-OmStatus om__attempt_fold(const Attempt* attempt, int arm, OmVec3 tip, OmVec3 grasp_tip,
-                          const double q[OM_PSM_NJOINT], bool exposes[2], int* nstep);
 // After the path of a sequence, repeated on this body, left the ROI hidden: what the loop would do, which continues the
 // last motion. A fold continues to its length, pulls to the height limit. The body has tissue in hand.
 // @param fold   of the sequence, OM_PLAN_PULL: none
@@ -79,11 +71,6 @@ typedef struct AheadCount {  // of one operation
 // Before a new plan, after the fluents: try the best unknown grasping points in snapshots of the twin, and make facts
 // of them. Nothing happens if `ahead` is null.
 OmStatus om__ahead_run(OmAhead* ahead, Belief* belief, OmPlanner* planner, AheadCount* count);
-// Does a fold of the tissue in hand, away from the camera or towards the ROI, expose it in the twin? Neither, where
-// this cannot be tried: no look ahead, its budget, a turned wrist.
-OmStatus om__ahead_fold(OmAhead* ahead, Belief* belief, int arm, bool exposes[2],
-                        AheadCount* count);
-
 // trial_preplan.c: choose among the points that were tried; sets verdicts, counts and the reason.
 void om__preplan_choose(OmPreplan* plan, int nlowest);
 

@@ -118,25 +118,8 @@ OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld
 OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
     return om_tissue_move_grasp(b->state, arm, tip);
 }
-void om_body_release(OmBody* b, int arm) {
-    if (om_body_is_holding(b, arm)) om_body_set_force(b, NULL);  // zeros are finite
-    om_tissue_release(b->state, arm);
-}
+void om_body_release(OmBody* b, int arm) { om_tissue_release(b->state, arm); }
 
-const double* om_body_force(const OmBody* b) { return om_tissue_external_force(b->state); }
-
-OmStatus om_body_set_force(OmBody* b, const double* force) {
-    const size_t n = 3 * (size_t)b->model->site->mesh.nvert;  // midpoints are never pushed
-    double* to = om_tissue_external_force(b->state);
-    for (size_t i = 0; force && i < n; ++i)
-        OM_CHECK(isfinite(force[i]), OM_INVALID, "body: force of vertex %d is not finite",
-                 (int)(i / 3));
-    if (force)
-        memcpy(to, force, n * sizeof *to);
-    else
-        memset(to, 0, n * sizeof *to);
-    return OM_OK;
-}
 bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->state, arm) > 0; }
 
 const signed char* om_body_held_by(const OmBody* b) { return om_tissue_held_by(b->state); }

@@ -13,7 +13,6 @@ static unsigned walked[NSTAGE];
 static int open_rig(void** state) {
     (void)state;
     OmScene scene = warn_scene(2e-3, 4e-3, 6e-3);
-    scene.monitor.is_fold_at_rest = true;
     course_begin(&course, scene, true, true);
     return 0;
 }
@@ -50,8 +49,7 @@ static OmLoop* stand(Stage stage) {
     loop->action_index = 0;
     loop->act.visibility = 0;
     loop->act.action = (Action){.plan = release, .step = 3, .nwait = 1, .outcome = OM_ACTION_DONE};
-    loop->belief.look_begin = loop->belief.settle_begin = loop->belief.learn_begin =
-        loop->act.time - 100;
+    loop->belief.look_begin = loop->belief.learn_begin = loop->act.time - 100;
     return loop;
 }
 
@@ -77,7 +75,7 @@ static OmLoop* stand_warned(OmPlanVerb verb, int state) {
     loop->act.arm[0].in_hand = 0;
     loop->act.arm[0].lift = 0.05;
     loop->act.motion.is_easing = false;
-    loop->belief.warn.state = loop->belief.warn.unsettled = state;
+    loop->belief.warn.state = state;
     loop->belief.warning_action = state;
     return loop;
 }
@@ -168,31 +166,16 @@ static void after_an_action(void** state) {
     OmLoop* loop = stand_warned(OM_PLAN_PULL, 2);
     loop->act.arm[0].lift = 0;
     decide(loop, STAGE_ACTION, STAGE_LEARN);
-    loop = stand_warned(OM_PLAN_MOVE_AWAY, 2);
-    loop->belief.warn.unsettled = 3;
-    decide(loop, STAGE_ACTION, STAGE_SETTLE);
-}
-
-static void after_a_fold_has_settled(void** state) {
-    (void)state;
-    decide(stand(STAGE_SETTLE), STAGE_SETTLE, STAGE_NEXT_ACTION);
-    make_last(stand(STAGE_SETTLE));
-    decide(course.loop, STAGE_SETTLE, STAGE_PLAN);
-    see(stand(STAGE_SETTLE));
-    decide(course.loop, STAGE_SETTLE, STAGE_VERIFY);
-    OmLoop* loop = stand_warned(OM_PLAN_MOVE_AWAY, 1);
-    loop->stage = STAGE_SETTLE;
-    decide(loop, STAGE_SETTLE, STAGE_LOOK);
-    loop = stand_warned(OM_PLAN_MOVE_AWAY, 2);
-    loop->stage = STAGE_SETTLE;
-    loop->act.arm[0].lift = 0;
-    decide(loop, STAGE_SETTLE, STAGE_LEARN);
 }
 
 static void after_a_look(void** state) {
     (void)state;
-    decide(stand(STAGE_LOOK), STAGE_LOOK, STAGE_LEARN);  // it is answered
     OmLoop* loop = stand(STAGE_LOOK);
+    loop->belief.warning_action = 1;
+    decide(loop, STAGE_LOOK, STAGE_LEARN);                     // it is answered
+    decide(stand(STAGE_LOOK), STAGE_LOOK, STAGE_NEXT_ACTION);  // without a warning it waits for one
+    loop = stand(STAGE_LOOK);
+    loop->belief.warning_action = 1;
     loop->plan.action[1].verb = OM_PLAN_PULL;  // beside the estimate
     decide(loop, STAGE_LOOK, STAGE_NEXT_ACTION);
     see(stand(STAGE_LOOK));
@@ -200,10 +183,6 @@ static void after_a_look(void** state) {
     loop = stand(STAGE_LOOK);
     loop->has_slipped = true;
     decide(loop, STAGE_LOOK, STAGE_PLAN);
-    loop = stand(STAGE_LOOK);  // in state 3 nothing is learnt: the loop waits
-    loop->belief.warn.state = 3;
-    assert_ok(om__loop_decide(loop));
-    assert_true(loop->stage == STAGE_LOOK);
 }
 
 static void after_learning(void** state) {
@@ -293,7 +272,6 @@ int main(void) {
         cmocka_unit_test(plans),
         cmocka_unit_test(consent),
         cmocka_unit_test(after_an_action),
-        cmocka_unit_test(after_a_fold_has_settled),
         cmocka_unit_test(after_a_look),
         cmocka_unit_test(after_learning),
         cmocka_unit_test(every_stage_may_be_held),

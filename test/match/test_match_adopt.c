@@ -181,138 +181,6 @@ static void test_replace(void** state) {
     end(&rig);
 }
 
-// ---- following --------------------------------------------------------------------------------------------------
-
-// A smooth field of 4 mm that no attachment makes: a bulge between the attachment and the tool.
-static double* field(const Rig* rig) {
-    double* u = calloc(3 * (size_t)rig->nvert, sizeof *u);
-    for (int v = 0; v < rig->nvert; ++v) {
-        OmVec3 p = om_load3(rig->site.mesh.x, v);
-        double s = fmin(1, fmax(0, (p.x + 0.01) / 0.03)) * fmin(1, fmax(0, (0.04 - p.x) / 0.01));
-        om_store3(u, v, om_vec3(0.001 * s, 0, 0.004 * s));
-    }
-    return u;
-}
-
-static double largest(const Rig* rig, const double* goal) {
-    double most = 0;
-    for (int v = 0; v < rig->nvert; ++v) {
-        if (om_body_held_by(rig->body)[v] >= 0) continue;
-        most = fmax(most, om_distance(om_load3(om_body_x(rig->body), v), om_load3(goal, v)));
-    }
-    return most;
-}
-
-// The body goes to the field and stays there, with its attachments. When the tissue is released it goes where it
-// would be without: forces and springs have left nothing behind.
-static void test_follow(void** state) {
-    (void)state;
-    Rig rig, other;
-    double force, far;
-    begin(&rig);
-    begin(&other);
-    const size_t size = 3 * (size_t)rig.nvert;
-    double *u = field(&rig), *goal = malloc(size * sizeof *goal);
-    unsigned char* mask = malloc((size_t)rig.nvert);
-    unsigned char* was = malloc((size_t)rig.nvert);
-    memcpy(was, om_body_attached(rig.body), (size_t)rig.nvert);
-    for (size_t i = 0; i < size; ++i) goal[i] = om_body_x(rig.body)[i] + u[i];
-    far = largest(&rig, goal);
-    assert_near(om_match_adoption_force(rig.adoption), 0, 0);
-    assert_ok(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5));
-    int n = 0;
-    double first = step(&rig, &force);
-    for (n = 1; om_match_adoption_is_active(rig.adoption); ++n) {
-        assert_true(om_match_adoption_is_following(rig.adoption));
-        memset(mask, 7, (size_t)rig.nvert);
-        om_match_adoption_get_goal(rig.adoption, mask);
-        assert_memory_equal(mask, was, (size_t)rig.nvert);
-        step(&rig, &force);
-    }
-    assert_int_equal(n, 25);  // 0.5 s
-    assert_memory_equal(om_body_attached(rig.body), was, (size_t)rig.nvert);
-    const double arrived = largest(&rig, goal), sum = om_match_adoption_force(rig.adoption);
-    for (int k = 0; k < 100; ++k) step(&rig, &force);
-    const double stayed = largest(&rig, goal);
-    printf(
-        "follow: %.2f mm, first step %.3f mm, arrived within %.2f mm, after 2 s %.2f mm; %.2f N\n",
-        1e3 * far, 1e3 * first, 1e3 * arrived, 1e3 * stayed, sum);
-    assert_below(first, 2e-4);
-    assert_below(arrived, 0.35 * far);
-    assert_below(stayed, 0.35 * far);
-    assert_true(sum > 0.01);
-    om_body_release(rig.body, 0);
-    om_body_release(other.body, 0);
-    for (int k = 0; k < 200; ++k) {
-        step(&rig, &force);
-        step(&other, &force);
-    }
-    assert_below(largest(&rig, om_body_x(other.body)), 2e-4);
-    free(u);
-    free(goal);
-    free(mask);
-    free(was);
-    end(&rig);
-    end(&other);
-}
-
-// A snapshot in the middle gives the same bytes again; a newer estimate takes over, and refused arguments change
-// nothing.
-static void test_follow_again(void** state) {
-    (void)state;
-    Rig rig;
-    double force;
-    begin(&rig);
-    double* u = field(&rig);
-    const uint64_t hash = om_body_hash(rig.body);
-    assert_status(om_match_adoption_follow(rig.adoption, rig.body, NULL, 0.5), OM_INVALID);
-    assert_status(om_match_adoption_follow(rig.adoption, rig.body, u, 0), OM_INVALID);
-    u[5] = (double)NAN;
-    assert_status(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5), OM_INVALID);
-    assert_status(om_body_set_force(rig.body, u), OM_INVALID);
-    u[5] = 0;
-    assert_true(om_body_hash(rig.body) == hash);
-    assert_false(om_match_adoption_is_active(rig.adoption));
-    assert_ok(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5));
-    for (int k = 0; k < 12; ++k) step(&rig, &force);
-    void* body = malloc(om_body_state_size(rig.body));
-    void* adoption = malloc(om_match_adoption_state_size(rig.adoption));
-    om_body_save(rig.body, body);
-    om_match_adoption_save(rig.adoption, adoption);
-    uint64_t end_hash[2];
-    for (int turn = 0; turn < 2; ++turn) {
-        om_body_restore(rig.body, body);
-        om_match_adoption_restore(rig.adoption, adoption);
-        for (int k = 0; k < 20; ++k) step(&rig, &force);
-        end_hash[turn] = om_body_hash(rig.body) ^ om_match_adoption_hash(rig.adoption);
-    }
-    assert_true(end_hash[0] == end_hash[1]);
-    om_body_restore(rig.body, body);
-    om_match_adoption_restore(rig.adoption, adoption);
-    want(&rig, -1, 0.001, 300);
-    adopt(&rig, "an adoption after half of a following");
-    assert_ok(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5));
-    for (int k = 0; k < 30; ++k) step(&rig, &force);
-    assert_true(om_match_adoption_force(rig.adoption) > 0.01);
-    adopt(&rig, "an adoption after a following");
-    assert_near(om_match_adoption_force(rig.adoption), 0, 0);
-    for (int i = 0; i < 3 * rig.nvert; ++i) assert_near(om_body_force(rig.body)[i], 0, 0);
-    assert_ok(om_match_adoption_begin(rig.adoption, rig.body, rig.attached, rig.stiffness, 0.5));
-    assert_status(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5), OM_INVALID);
-    while (om_match_adoption_is_active(rig.adoption)) step(&rig, &force);
-    assert_ok(om_match_adoption_follow(rig.adoption, rig.body, u, 0.5));
-    for (int k = 0; k < 10; ++k) step(&rig, &force);
-    assert_ok(om_match_adoption_stop(rig.adoption, rig.body));
-    assert_false(om_match_adoption_is_active(rig.adoption));
-    for (int v = 0; v < rig.nvert; ++v)
-        assert_int_equal(om_body_attached(rig.body)[v] != 0, rig.attached[v] != 0);
-    for (int i = 0; i < 3 * rig.nvert; ++i) assert_near(om_body_force(rig.body)[i], 0, 0);
-    free(body);
-    free(adoption);
-    free(u);
-    end(&rig);
-}
-
 static void test_refusals(void** state) {
     (void)state;
     Rig rig;
@@ -347,32 +215,19 @@ static OmStatus make_and_begin(void* ctx) {
     return status;
 }
 
-static OmStatus make_and_follow(void* ctx) {
-    Rig* rig = ctx;
-    OmMatchAdoption* a;
-    OM_TRY(om_match_adoption_create(rig->nvert, &a));
-    OmStatus status = om_match_adoption_follow(a, rig->body, rig->site.mesh.x, 0.5);
-    if (status == OM_OK) status = om_match_adoption_step(a, rig->body, DT);
-    if (status == OM_OK) status = om_match_adoption_stop(a, rig->body);
-    om_match_adoption_destroy(a);
-    return status;
-}
-
 static void test_memory(void** state) {
     (void)state;
     Rig rig;
     begin(&rig);
     want(&rig, -1, 0, 300);
     assert_true(test_failing_allocations(make_and_begin, &rig, 1) >= 5);
-    assert_true(test_failing_allocations(make_and_follow, &rig, 1) >= 5);
     end(&rig);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_change),       cmocka_unit_test(test_loaded),
-        cmocka_unit_test(test_replace),      cmocka_unit_test(test_follow),
-        cmocka_unit_test(test_follow_again), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_change), cmocka_unit_test(test_loaded),
+                                       cmocka_unit_test(test_replace),
+                                       cmocka_unit_test(test_refusals),
+                                       cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -442,7 +442,6 @@ static void test_what_lies_before_the_tissue(void** state) {
     assert_memory_equal(tool.probability, cloth.probability, size);
     assert_memory_equal(tool.attached, cloth.attached, (size_t)tool.nvert);
     assert_memory_equal(tool.x, cloth.x, 3 * size);
-    assert_memory_equal(tool.shape, cloth.shape, 3 * size);
     assert_true(tool.seen_share == cloth.seen_share && tool.after_mean == cloth.after_mean);
     assert_true(memcmp(tool.probability, board.probability, size) != 0);
     double sum[2] = {0, 0};

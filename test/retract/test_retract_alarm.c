@@ -2,8 +2,7 @@
 // must not warn; with wrong ones it must.
 //
 // test_retract_alarm [FIRST [COUNT [BELIEF]]]: layouts FIRST ... of scenes/belief.yaml, one line each; BELIEF same
-// (default), none, fewer, more, patch. The largest mu is printed for three quantiles of the
-// distances, and for the points that moved.
+// (default), none, fewer, more, patch.
 #include "test_common.h"
 
 #include "omentum/belief_monitor.h"
@@ -12,8 +11,7 @@
 typedef struct Watcher {
     OmWorld* world;
     OmBody* twin;
-    OmMonitor *monitor, *other[3];  // of other quantiles, of moved points
-    double other_most[3];           // m
+    OmMonitor* monitor;
     OmObservation obs;
     bool has_grasped, is_far;  // is_far: mu above the first limit
     OmMonitorFrame last;
@@ -31,11 +29,6 @@ static OmStatus watch(void* ctx, const OmLoop* loop, const OmRetractSample* now)
     OM_TRY(om_world_observe(w->world, om_monitor_sources(w->monitor, w->world), &w->obs));
     OM_TRY(om_monitor_frame(w->monitor, &w->obs, om_body_x(w->twin), w->has_grasped, &f));
     ++w->nframe;
-    for (int k = 0; k < 3; ++k) {
-        OmMonitorFrame g;
-        OM_TRY(om_monitor_frame(w->other[k], &w->obs, om_body_x(w->twin), w->has_grasped, &g));
-        if (w->has_grasped) w->other_most[k] = fmax(w->other_most[k], g.mu);
-    }
     if (!w->has_grasped) return OM_OK;
     w->nalarm += f.state > w->last.state;
     if (f.state > 0 && w->state == 0) w->first = f.time;
@@ -91,12 +84,6 @@ static void run(int seed, const char* belief, Watcher* w) {
     assert_true(om_world_reset(w->world) >= 0);
     OmMonitorDef def = om_monitor_default_def(&scene, w->world, &twin_site);
     assert_ok(om_monitor_create(&def, &w->monitor));
-    for (int k = 0; k < 3; ++k) {
-        static const double quantile[3] = {0.75, 0.9, 0.5};
-        def.settings.quantile = quantile[k];
-        def.settings.region = k == 2 ? OM_MONITOR_MOVED : OM_MONITOR_TISSUE;
-        assert_ok(om_monitor_create(&def, &w->other[k]));
-    }
     OmLoopDef loop_def = om_loop_default_def(&scene.task, w->world, w->twin, planner);
     OmLoopListener listener = {.ctx = w, .on_tick = watch};
     loop_def.listener = &listener;
@@ -105,16 +92,14 @@ static void run(int seed, const char* belief, Watcher* w) {
     while (om_loop_phase(loop) != OM_LOOP_ENDED) assert_ok(om_loop_tick(loop));
     const OmRetractResult* r = om_loop_result(loop);
     printf("seed %d belief %s: state %d, mu %.2f to %.2f mm "
-           "(0.75: %.2f, 0.9: %.2f, moved: %.2f), first %.1f s, %d alarms, rest %.3f mm, "
+           "first %.1f s, %d alarms, rest %.3f mm, "
            "%d frames of %d points, %d actions, %s, force %.2f N, %.0f s\n",
-           seed, belief, w->state, 1e3 * w->least, 1e3 * w->most, 1e3 * w->other_most[0],
-           1e3 * w->other_most[1], 1e3 * w->other_most[2], w->first, w->nalarm, 1e3 * w->last.rest,
-           w->nframe, w->last.npoint, r->naction, om_retract_outcome_text(r->outcome),
-           r->twin.force, r->time);
+           seed, belief, w->state, 1e3 * w->least, 1e3 * w->most, w->first, w->nalarm,
+           1e3 * w->last.rest, w->nframe, w->last.npoint, r->naction,
+           om_retract_outcome_text(r->outcome), r->twin.force, r->time);
     fflush(stdout);
     om_loop_destroy(loop);
     om_monitor_destroy(w->monitor);
-    for (int k = 0; k < 3; ++k) om_monitor_destroy(w->other[k]);
     om_observation_done(&w->obs);
     om_world_destroy(w->world);
     om_body_destroy(w->twin);

@@ -61,8 +61,7 @@ static void test_a_sheet(void** state) {
         "  retract_mm: 95\n"
         "  ahead: 5\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
-        "400, quantile: 0.75, region: moved, part_limits_mm: [3, 5], part_share: 0.04, "
-        "fold_factor: 1.75, fold_at_rest: false}\n");
+        "400, part_limits_mm: [3, 5], part_share: 0.04}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
@@ -128,22 +127,15 @@ static void test_a_sheet(void** state) {
     expect(s.monitor.hysteresis, 0.00025);
     expect(s.monitor.rate, 15);
     assert_int_equal(s.monitor.npoint, 400);
-    expect(s.monitor.quantile, 0.75);
-    assert_int_equal(s.monitor.region, OM_MONITOR_MOVED);
     expect(s.monitor.part_limit[0], 0.003);
     expect(s.monitor.part_limit[1], 0.005);
     expect(s.monitor.part_share, 0.04);
-    assert_false(s.monitor.is_fold_at_rest);
-    expect(s.monitor.fold_factor, 1.75);
 }
 
 static void test_limits_of_the_monitor(void** state) {
     (void)state;
     const OmSceneMonitor plain = om_scene_default().monitor;
     assert_false(plain.is_enabled);
-    assert_true(plain.is_fold_at_rest);
-    expect(plain.fold_factor, 2);
-    assert_int_equal(plain.region, OM_MONITOR_TISSUE);
     expect(plain.part_limit[0], 0.004);
     expect(plain.part_limit[1], 0.008);
     expect(plain.limit[0], 0.002);
@@ -155,7 +147,6 @@ static void test_limits_of_the_monitor(void** state) {
         {"limits_mm: [2, 4]", "limits_mm"},
         {"part_limits_mm: [5, 5]", "part_limits_mm must ascend"},
         {"part_limits_mm: [0.3, 5]", "hysteresis_mm 0.5 must be below the first of part_limits_mm"},
-        {"fold_factor: 0.9", "fold_factor"},
         {"hysteresis_mm: 2", "hysteresis_mm 2 must be below the first limit, 2"}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
         char text[256];
