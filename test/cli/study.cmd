@@ -73,7 +73,7 @@ err add -o DIR
 
 $ omentum study scan -o out
 exit 2
-err unknown name "scan".* attachments calibration contact correspondence learning methods retraction sheet-calibration trust$
+err unknown name "scan".* attachments calibration contact correspondence curve learning methods retraction sheet-calibration trust$
 
 $ omentum study contact -o out --resolutions 12,a
 exit 2
