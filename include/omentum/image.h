@@ -131,6 +131,12 @@ OM_API OmStatus om_picture_shrink(const OmPicture* picture, int factor, OmPictur
 /// Encode as PNG into memory (append to `text`), or to a file (whole or not at all).
 /// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY
 OM_API OmStatus om_picture_encode_png(const OmPicture* picture, OmText* text);
+/// Encode n pictures of one size as an animated PNG (append to `text`): each is shown for `seconds`, again and again. A
+/// program that does not know animations shows the first.
+/// @param seconds  0.01 to 60
+/// @return OM_OK; OM_INVALID (an empty picture, another size, no picture, a time out of range); OM_NO_MEMORY
+OM_API OmStatus om_picture_encode_apng(const OmPicture* picture, int n, double seconds,
+                                       OmText* text);
 /// Write a PNG file.
 /// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_picture_save_png(const OmPicture* picture, const char* path);

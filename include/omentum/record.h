@@ -27,6 +27,7 @@ typedef struct OmRecorderDef {
     OmPlanner* planner;    // explains the plans
     OmBody* truth;         // default null: none
     int frame_every;       // a picture every so many actions, 0 none; default 1
+    int orbit;             // pictures of orbit.png, see OmRetractDef; default 0: none is written
     // write the acquisitions of the loop's updater to out_dir/acquisitions; default false
     bool records_acquisitions;
     bool has_recording;  // write run.vtkhdf; default true; false where several threads record runs

@@ -54,6 +54,9 @@ OM_API void om_report_end_fold(OmReport* report);
 /// A picture with a caption; consecutive pictures share rows. Pictures in a fold are decoded when it is opened, all
 /// others when the page is, so that they appear in prints.
 OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
+/// A picture that is a PNG already, such as an animated one.
+/// @param png  `size` bytes of a PNG file; others are an error of the report
+OM_API void om_report_png(OmReport* report, const char* png, size_t size, const char* caption);
 
 #define OM_REPORT_MAX_SERIES 6
 

@@ -26,6 +26,9 @@ typedef struct OmRetractDef {
     const char* out_dir;   // written whole (om_folder_begin); null: nothing is written
     const char* program;   // a logic program in place of the built-in one, or null
     int frame_every;       // a picture in the report every so many actions, 0 none; default 1
+    // Pictures of orbit.png, an animated PNG: the end of the run in a simulated world, from a camera that goes once
+    // round the endoscope in 5 s; 2 to 100, default 0: none is written
+    int orbit;
     int nworker;           // default 0: one a processor
     // The plan before the operation; borrowed; default null: the planner makes the first one, too.
     const OmPreplan* preplan;

@@ -227,6 +227,9 @@ OM_API const OmSurface* om_world_tool(OmWorld* world, int arm);
 /// The endoscope's view of a simulated world at any size, for reports.
 /// @return OM_OK; OM_INVALID (a size out of range); OM_NO_MEMORY; OM_UNAVAILABLE (not a simulated world)
 OM_API OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture);
+/// The same from any camera.
+/// @return OM_OK; OM_INVALID (the camera); OM_NO_MEMORY; OM_UNAVAILABLE (not a simulated world)
+OM_API OmStatus om_world_render_from(OmWorld* world, const OmCamera* camera, OmPicture* picture);
 
 #ifdef __cplusplus
 }

@@ -20,6 +20,7 @@
 // Without a loss edges of 8 mm make 2,500 tetrahedra, and the demo takes ten minutes.
 #define EDGE 10e-3  // m
 #define FAT 11e-3   // m, thickness
+#define ORBIT 30    // pictures
 #define ATTACHED "underside:left 25 %"
 
 static const OmCliOption option[] = {
@@ -158,12 +159,14 @@ static OmStatus operate(Demo* d) {
     def.out_dir = path;
     def.nworker = d->nworker;
     def.preplan = &d->plan;
+    def.orbit = d->is_quick ? ORBIT / 2 : ORBIT;
     return om_retract_run(&def, om_cli_progress(d->is_quiet), &d->run);
 }
 
 // ---- the page ---------------------------------------------------------------------------------------------------
 
-#define ZOOM 4  // pixels of a voxel
+#define ZOOM 4                // pixels of a voxel
+#define MAX_ORBIT (16 << 20)  // bytes
 
 // The slice of the volume through the tumour's middle, seen from below, anterior up; `labels` null: grey.
 static OmStatus draw_slice(const Demo* d, const OmVolume* labels, OmPicture* picture) {
@@ -210,6 +213,20 @@ static OmStatus add_file(OmReport* page, const Demo* d, const char* name, const 
     OM_TRY(om_picture_load_png(path, &picture));
     om_report_picture(page, &picture, caption);
     om_picture_done(&picture);
+    return OM_OK;
+}
+
+// The end of the run from all sides.
+static OmStatus add_orbit(OmReport* page, const Demo* d) {
+    char path[1200];
+    char* png;
+    size_t size;
+    OM_TRY(make_path(d, "run/orbit.png", path, sizeof path));
+    if (!om_path_exists(path)) return OM_OK;
+    OM_TRY(om_file_read(path, MAX_ORBIT, &png, &size));
+    om_report_png(page, png, size,
+                  "The end of the operation: fat yellow, organ red, tumour magenta");
+    om_free(png);
     return OM_OK;
 }
 
@@ -386,7 +403,8 @@ static OmStatus write_page(const Demo* d) {
                                        "the operation, action by action", "the patient model"};
     static const char* const href[] = {"run/view.html", "run/report.html", "model/report.html"};
     om_report_links(&page, "Pages of their own: ", name, href, 3);
-    OmStatus status = add_stages(&page, d);
+    OmStatus status = add_orbit(&page, d);
+    if (status == OM_OK) status = add_stages(&page, d);
     om_report_heading(&page, "Files");
     snprintf(text, sizeof text,
              "The folder holds the result of every stage: ct.nrrd, labels.nrrd, model/report.html, "

@@ -1,7 +1,11 @@
 // image_png.c: pictures and their PNG encoding; the only file that uses libpng.
 //
-// libpng reports errors by longjmp. Every call of it happens in encode() and decode(), behind one setjmp each; memory
-// that is not libpng's lies in the structs of their callers, who free it, so a jump cannot leak.
+// libpng reports errors by longjmp. Every call of it happens in encode(), put_chunk() and decode(), behind one setjmp
+// each; memory that is not libpng's lies in the structs of their callers, who free it, so a jump cannot leak.
+//
+// An animation is the PNG of its first picture with chunks of the Animated PNG specification between: acTL has the
+// number of pictures, fcTL stands before each, and fdAT has the later ones: IDAT behind a number that counts fcTL and
+// fdAT.
 #include <png.h>
 #include <setjmp.h>
 #include <string.h>
@@ -126,6 +130,87 @@ OmStatus om_picture_encode_png(const OmPicture* picture, OmText* text) {
     Raster r = {p->width, p->height, color, 8, p->pixel, (size_t)p->width * (size_t)p->nchannel};
     return encode(&r, text);
 }
+
+// ---- animations -------------------------------------------------------------------------------------------------
+
+// One chunk, with the sum that libpng computes.
+static OmStatus put_chunk(OmText* text, const char* name, const unsigned char* data, size_t size) {
+    Encoder e = {.text = text, .status = OM_OK};
+    png_structp png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &e, on_error, on_warning,
+                                                NULL, png_alloc, png_release);
+    if (!png) return om_error(OM_NO_MEMORY, "png: out of memory");
+    if (setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, NULL);
+        if (e.status < 0) return e.status;
+        return om_error(OM_NO_MEMORY, "png: %s", e.message[0] ? e.message : "out of memory");
+    }
+    png_set_write_fn(png, &e, on_write, on_flush);
+    png_write_chunk(png, (png_const_bytep)name, data, size);
+    png_destroy_write_struct(&png, NULL);
+    return OM_OK;
+}
+
+typedef struct Animation {
+    OmText* text;
+    int n;            // pictures
+    unsigned ms;      // of each
+    uint32_t number;  // of the next fcTL or fdAT
+} Animation;
+
+static OmStatus put_control(Animation* a, const OmPicture* p) {
+    unsigned char body[26] = {0};  // place (0, 0), nothing is blended
+    png_save_uint_32(body, a->number++);
+    png_save_uint_32(body + 4, (png_uint_32)p->width);
+    png_save_uint_32(body + 8, (png_uint_32)p->height);
+    png_save_uint_16(body + 20, a->ms);
+    png_save_uint_16(body + 22, 1000);
+    return put_chunk(a->text, "fcTL", body, sizeof body);
+}
+
+// The chunks of picture k, which is encoded in `png`: its bytes are changed.
+static OmStatus put_picture(Animation* a, int k, const OmPicture* p, OmText* png) {
+    const size_t head = 8 + 25;  // signature and IHDR
+    unsigned char* data = (unsigned char*)png->str;
+    if (k == 0) {
+        unsigned char body[8] = {0};  // without end
+        png_save_uint_32(body, (png_uint_32)a->n);
+        OM_TRY(om_text_append_raw(a->text, png->str, head));
+        if (a->n > 1) OM_TRY(put_chunk(a->text, "acTL", body, sizeof body));
+    }
+    if (a->n > 1) OM_TRY(put_control(a, p));
+    for (size_t at = head, size; at < png->len; at += 12 + size) {
+        size = png_get_uint_32(data + at);
+        if (memcmp(data + at + 4, "IDAT", 4) != 0) continue;
+        if (k == 0) {
+            OM_TRY(om_text_append_raw(a->text, png->str + at, 12 + size));
+        } else {  // the number takes the place of the name
+            png_save_uint_32(data + at + 4, a->number++);
+            OM_TRY(put_chunk(a->text, "fdAT", data + at + 4, 4 + size));
+        }
+    }
+    return OM_OK;
+}
+
+OmStatus om_picture_encode_apng(const OmPicture* picture, int n, double seconds, OmText* text) {
+    OM_CHECK(n >= 1, OM_INVALID, "an animation of %d pictures", n);
+    OM_CHECK(seconds >= 0.01 && seconds <= 60, OM_INVALID,
+             "pictures are shown for 0.01 to 60 s, not for %g s", seconds);
+    for (int k = 1; k < n; ++k)
+        OM_CHECK(picture[k].width == picture->width && picture[k].height == picture->height &&
+                     picture[k].nchannel == picture->nchannel,
+                 OM_INVALID, "picture %d of the animation has another size than the first", k + 1);
+    Animation a = {.text = text, .n = n, .ms = (unsigned)(1000 * seconds + 0.5)};
+    for (int k = 0; k < n; ++k) {
+        OmText png = {0};
+        OmStatus status = om_picture_encode_png(&picture[k], &png);
+        if (status == OM_OK) status = put_picture(&a, k, &picture[k], &png);
+        om_text_done(&png);
+        if (status < 0) return status;
+    }
+    return put_chunk(text, "IEND", NULL, 0);
+}
+
+// ---- files ------------------------------------------------------------------------------------------------------
 
 OmStatus om_picture_save_png(const OmPicture* picture, const char* path) {
     OmText text = {0};

@@ -1,4 +1,5 @@
-// record.c: a listener that writes the record of a loop: run.vtkhdf, view.html, frames, run.json, report.html.
+// record.c: a listener that writes the record of a loop: run.vtkhdf, view.html, frames, orbit.png, run.json,
+// report.html.
 //
 // All files are written under a temporary name, which becomes DIR when the loop has ended: a loop that fails leaves
 // nothing, and an older DIR stays until the new one is complete. A loop that is aborted or cancelled keeps its record
@@ -167,6 +168,8 @@ static OmStatus check_def(const OmRecorderDef* def) {
     OM_CHECK(def->planner, OM_INVALID, "OmRecorderDef.planner is null");
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRecorderDef.frame_every is %d",
              def->frame_every);
+    OM_CHECK(def->orbit == 0 || (def->orbit >= 2 && def->orbit <= 100), OM_INVALID,
+             "OmRecorderDef.orbit is %d: 0, or 2 to 100 pictures", def->orbit);
     return OM_OK;
 }
 
@@ -500,6 +503,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
     (void)loop;
     OmRecorder* rec = ctx;
     OM_TRY(add_frame(rec, result->time, result->reason));
+    OM_TRY(om__record_orbit(rec));
     OmRecording* recording = rec->recording;
     rec->recording = NULL;
     if (recording) {  // its name is that of a temporary folder

@@ -87,6 +87,9 @@ OmStatus om__record_view_belief(OmRecorder* rec, const unsigned char* attached);
 OmStatus om__record_view_update(OmRecorder* rec, const OmUpdateEvent* event);
 OmStatus om__record_view_end(OmRecorder* rec);
 void om__record_view_done(OmRecorder* rec);
+/// orbit.png: the world at this moment, from a camera that goes round the endoscope. Nothing without
+/// OmRecorderDef.orbit, and in a world that is not simulated.
+OmStatus om__record_orbit(const OmRecorder* rec);
 /// Keep contact of the truth's tissue with an organ if the pull is the largest so far.
 OmStatus om__record_contact(OmRecorder* rec, const OmRetractSample* now);
 void om__record_contact_done(ContactRecord* contact);

@@ -175,18 +175,25 @@ void om_report_table(OmReport* r, const char* const* heading, int ncol, const ch
 
 // ---- pictures ---------------------------------------------------------------------------------------------
 
-void om_report_picture(OmReport* r, const OmPicture* picture, const char* caption) {
-    OmText png = {0};
+// A big-endian number at this place of a PNG: bytes 16 and 20 are its width and height.
+static int number_at(const char* png, int at) {
+    const unsigned char* p = (const unsigned char*)png + at;
+    return (p[1] << 16) + (p[2] << 8) + p[3];
+}
+
+void om_report_png(OmReport* r, const char* png, size_t size, const char* caption) {
+    if (size < 33 || memcmp(png, "\x89PNG\r\n\x1a\n", 8) != 0) {
+        om__report_keep(r, om_error(OM_INVALID, "a picture of the report is no PNG"));
+        return;
+    }
     if (!r->is_in_grid) PUT(r, "<div class=\"pictures\">\n");
     r->is_in_grid = true;
     PUT(r, "<figure><img alt=\"");
     om__report_escape(r, caption);
     // a picture outside of a fold is loaded at once: browsers leave lazy pictures blank in prints and screenshots
     PUT(r, "\" width=\"%d\" height=\"%d\" loading=\"%s\" src=\"data:image/png;base64,",
-        picture->width, picture->height, r->is_in_fold ? "lazy" : "eager");
-    if (r->status == OM_OK) om__report_keep(r, om_picture_encode_png(picture, &png));
-    if (r->status == OM_OK) om__report_keep(r, om_text_append_base64(&r->html, png.str, png.len));
-    om_text_done(&png);
+        number_at(png, 16), number_at(png, 20), r->is_in_fold ? "lazy" : "eager");
+    if (r->status == OM_OK) om__report_keep(r, om_text_append_base64(&r->html, png, size));
     PUT(r, "\">");
     if (caption && *caption) {
         PUT(r, "<figcaption>");
@@ -194,6 +201,13 @@ void om_report_picture(OmReport* r, const OmPicture* picture, const char* captio
         PUT(r, "</figcaption>");
     }
     PUT(r, "</figure>\n");
+}
+
+void om_report_picture(OmReport* r, const OmPicture* picture, const char* caption) {
+    OmText png = {0};
+    if (r->status == OM_OK) om__report_keep(r, om_picture_encode_png(picture, &png));
+    if (r->status == OM_OK) om_report_png(r, png.str, png.len, caption);
+    om_text_done(&png);
 }
 
 // ---- the end ----------------------------------------------------------------------------------------------

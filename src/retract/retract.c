@@ -82,6 +82,8 @@ static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(def->igtl_port >= 0 && def->igtl_port <= 65535, OM_INVALID,
              "OmRetractDef.igtl_port is %d; 0 to 65535", def->igtl_port);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    OM_CHECK(def->orbit == 0 || (def->orbit >= 2 && def->orbit <= 100), OM_INVALID,
+             "OmRetractDef.orbit is %d: 0, or 2 to 100 pictures", def->orbit);
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
     OmStatus status = om__check_watch(task, engine);
@@ -188,6 +190,7 @@ static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, S
             om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
         rec.truth = loop->truth;
         rec.frame_every = def->frame_every;
+        rec.orbit = def->orbit;
         rec.records_acquisitions = def->records_acquisitions;
         rec.has_recording = def->has_recording;
         OM_TRY(om_recorder_create(&rec, &s->recorder));

@@ -505,5 +505,13 @@ OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* pictu
     OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
              "only a simulated world can be drawn at any size");
     OmCamera camera = om_camera_resize(&((SimWorld*)world)->endoscope, width, height);
-    return render((SimWorld*)world, &camera, (OmWindow){0}, 2, picture);
+    return om_world_render_from(world, &camera, picture);
+}
+
+OmStatus om_world_render_from(OmWorld* world, const OmCamera* camera, OmPicture* picture) {
+    *picture = (OmPicture){0};
+    OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
+             "only a simulated world can be drawn from any camera");
+    OM_TRY(om_camera_check(camera));
+    return render((SimWorld*)world, camera, (OmWindow){0}, 2, picture);
 }

@@ -13,6 +13,7 @@ file demo/scene.yaml
 file demo/plan.json
 file demo/model/report.html
 file demo/run/report.html
+file demo/run/orbit.png
 
 # the page leads to the run's
 $ grep -c 'href="run/report.html"' demo/report.html

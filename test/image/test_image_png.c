@@ -98,6 +98,82 @@ static void test_pictures_survive(void** unused) {
     }
 }
 
+// Chunk by chunk: the control chunks stand before their pictures, numbers count up, and each picture, made a PNG of its
+// own again, is the one that went in.
+static void test_animations_survive(void** unused) {
+    (void)unused;
+    enum { N = 3, W = 61, H = 47, HEAD = 8 + 25 };
+    OmPicture p[N];
+    OmText text = {0}, still[N] = {0};
+    unsigned long number = 0;
+    int npicture = 0;
+    for (int k = 0; k < N; k++) {
+        assert_ok(om_picture_init(&p[k], W, H, 3));
+        fill(&p[k]);
+        p[k].pixel[k] ^= 0x81;
+    }
+    assert_ok(om_picture_encode_apng(p, N, 0.125, &text));
+    const unsigned char* png = (const unsigned char*)text.str;
+    bool has_control = false;
+    for (size_t at = HEAD, len; at < text.len; at += 12 + len) {
+        const unsigned char *name = png + at + 4, *body = png + at + 8;
+        len = get32(png + at);
+        assert_int_equal(crc32(crc32(0, NULL, 0), name, (uInt)len + 4), get32(body + len));
+        if (memcmp(name, "acTL", 4) == 0) {
+            has_control = true;
+            assert_true(npicture == 0 && get32(body) == N && get32(body + 4) == 0);
+        } else if (memcmp(name, "fcTL", 4) == 0) {
+            assert_true(has_control && len == 26 && get32(body) == number++);
+            assert_true(get32(body + 4) == W && get32(body + 8) == H && get32(body + 12) == 0);
+            assert_int_equal((body[20] << 8) | body[21], 125);
+            assert_int_equal((body[22] << 8) | body[23], 1000);
+            assert_ok(om_text_append_raw(&still[npicture++], text.str, HEAD));
+        } else if (memcmp(name, "IDAT", 4) == 0) {
+            assert_int_equal(npicture, 1);
+            assert_ok(om_text_append_raw(&still[0], text.str + at, 12 + len));
+        } else if (memcmp(name, "fdAT", 4) == 0) {
+            assert_true(npicture > 1 && get32(body) == number++);
+            unsigned char size[4] = {0, 0, (unsigned char)((len - 4) >> 8),
+                                     (unsigned char)(len - 4)};
+            unsigned char* data = test_malloc(len);
+            memcpy(data, "IDAT", 4);
+            memcpy(data + 4, body + 4, len - 4);
+            const unsigned long sum = crc32(crc32(0, NULL, 0), data, (uInt)len);
+            const unsigned char end[4] = {(unsigned char)(sum >> 24), (unsigned char)(sum >> 16),
+                                          (unsigned char)(sum >> 8), (unsigned char)sum};
+            assert_ok(om_text_append_raw(&still[npicture - 1], (const char*)size, 4));
+            assert_ok(om_text_append_raw(&still[npicture - 1], (const char*)data, len));
+            assert_ok(om_text_append_raw(&still[npicture - 1], (const char*)end, 4));
+            test_free(data);
+        }
+    }
+    assert_int_equal(npicture, N);
+    for (int k = 0; k < N; k++) {
+        Decoded d;
+        assert_ok(om_text_append_raw(&still[k], text.str + text.len - 12, 12));  // IEND
+        decode((const unsigned char*)still[k].str, still[k].len, &d);
+        assert_memory_equal(d.row, p[k].pixel, W * H * 3);
+        test_free(d.row);
+        om_text_done(&still[k]);
+    }
+    om_text_done(&text);
+    // one picture is a plain PNG
+    OmText one = {0}, plain = {0};
+    assert_ok(om_picture_encode_apng(p, 1, 1, &one));
+    assert_ok(om_picture_encode_png(p, &plain));
+    assert_true(one.len == plain.len && memcmp(one.str, plain.str, one.len) == 0);
+    om_text_done(&one);
+    om_text_done(&plain);
+    assert_status(om_picture_encode_apng(p, 0, 1, &one), OM_INVALID);
+    assert_status(om_picture_encode_apng(p, N, 0, &one), OM_INVALID);
+    om_picture_done(&p[2]);
+    assert_ok(om_picture_init(&p[2], W, H + 1, 3));
+    assert_status(om_picture_encode_apng(p, N, 1, &one), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "picture 3"));
+    om_text_done(&one);
+    for (int k = 0; k < N; k++) om_picture_done(&p[k]);
+}
+
 static void test_depth_images_survive(void** unused) {
     (void)unused;
     enum { W = 33, H = 20 };
@@ -165,21 +241,23 @@ static void test_failing_allocations(void** unused) {
     const OmAllocator failing = {failing_alloc, failing_free, NULL};
     countdown = -1;
     om_allocator_set(&failing);
-    OmPicture p;
-    assert_ok(om_picture_init(&p, 61, 47, 3));
-    fill(&p);
+    OmPicture p[2];
+    for (int k = 0; k < 2; k++) {
+        assert_ok(om_picture_init(&p[k], 61, 47, 3));
+        fill(&p[k]);
+    }
     int64_t alive = om_alloc_alive();
     int n = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; n++) {
         OmText text = {0};
         countdown = n;
-        status = om_picture_encode_png(&p, &text);
+        status = om_picture_encode_apng(p, 2, 1, &text);
         om_text_done(&text);
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    assert_true(n > 4);
-    om_picture_done(&p);
+    assert_true(n > 12);
+    for (int k = 0; k < 2; k++) om_picture_done(&p[k]);
     om_allocator_set(NULL);
 }
 
@@ -260,13 +338,10 @@ static void test_damaged_files(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_pictures_survive),
-        cmocka_unit_test(test_depth_images_survive),
-        cmocka_unit_test(test_shrink),
-        cmocka_unit_test(test_bad_pictures),
-        cmocka_unit_test(test_files_are_read),
-        cmocka_unit_test(test_damaged_files),
-        cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_pictures_survive),     cmocka_unit_test(test_animations_survive),
+        cmocka_unit_test(test_depth_images_survive), cmocka_unit_test(test_shrink),
+        cmocka_unit_test(test_bad_pictures),         cmocka_unit_test(test_files_are_read),
+        cmocka_unit_test(test_damaged_files),        cmocka_unit_test(test_failing_allocations),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
