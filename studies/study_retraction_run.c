@@ -21,7 +21,7 @@
 #define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 24
+#define METHOD 25
 #define METHOD_FRAS 8
 #define METHOD_SEARCH 5
 #define GOOD_MU 0.002  // m
@@ -179,9 +179,11 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
         const OmRetractUpdate* u = &r->belief.update[i];
         const bool is_adopted = u->stage == OM_UPDATE_ADOPTED;
         run->nadopted += is_adopted;
-        // Every estimate that the monitor triggers counts, a refused one as a failure; not an estimate that the end
-        // of the run cancelled.
-        run->ntrigger += scene->monitor.is_enabled && u->stage != OM_UPDATE_CANCELLED;
+        // Every estimate that the monitor triggers counts, a refused one as a failure; not one that the end of the
+        // run cancelled, and not one whose tissue was let go before its effect could be measured.
+        const bool is_measured = !is_adopted || !isnan(u->mu_after);
+        run->ntrigger +=
+            scene->monitor.is_enabled && u->stage != OM_UPDATE_CANCELLED && is_measured;
         run->ngood += scene->monitor.is_enabled && is_adopted && u->mu_after <= GOOD_MU;
     }
     for (int k = 0; k < 3; ++k) run->nwarning[k] = r->belief.nwarning[k];

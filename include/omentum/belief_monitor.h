@@ -60,8 +60,6 @@ typedef struct OmMonitorFrame {
     // m, exceeded by a part of the tissue, part_share of the points: the lift of the twin where the picture shows
     // tissue that lies still since before the grasp, or the distance of moved tissue from a twin that lies still
     double part;
-    // m, mean closest distance over all points, less its mean over the frames of `rest`
-    double mean;
     int npoint;  // measured points on the tissue
     int nrest;   // frames in `rest`
     int state;   // warning state, 0 to 3; 0 while no tissue is held

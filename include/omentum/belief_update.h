@@ -3,8 +3,8 @@
 /// After an action that moved held tissue the loop takes an acquisition: a scan of the tissue, the tools at the grasp
 /// and now, and the twin's positions. One job in the background estimates the attachments from the last acquisitions.
 /// An accepted estimate is adopted by the twin without a jump, and the loop makes a new plan where it changes the
-/// blocks that may be grasped. Where no attachments explain what the camera sees, forces bring the twin there until the
-/// tissue is released. A refused estimate leaves the twin unchanged.
+/// blocks that may be grasped. At the end
+/// of a lift an acquisition is taken as evidence for a fold. A refused estimate leaves the twin unchanged.
 ///
 ///     OmMatch* match;                                       // om_match_create; used by the job alone from now on
 ///     OmUpdateDef def = om_update_default_def(&scene, world, &twin_site);

@@ -78,7 +78,9 @@ typedef struct OmTwinRecord {
     int nadded;  // vertices that were attached to it, for it slid off without them (om_retract_run)
     // rad and m, by which the model was moved before the operation onto the tissue at rest (om_retract_run); 0: not
     double turned, shifted;
-    int nbad;  // steps with inverted elements, unsettled contact or energy gained
+    char unregistered
+        [256];  // why the tissue at rest does not fit the model; "": it does, or it was not asked
+    int nbad;   // steps with inverted elements, unsettled contact or energy gained
     int nvert, ntet;
     double step_ms;       // mean wall time of a step
     int nahead;           // grasping points tried by looking ahead
@@ -184,8 +186,9 @@ typedef struct OmLoopDef {
     double max_lag;
     bool is_settled;  // twin and world are at rest; default true; recorded in the result
     int nadded;  // vertices attached to a twin that slid off; default 0; recorded in the result
-    // rad and m, of the model before the operation; default 0; recorded in the result
+    // rad and m, of the model before the operation, and why not; default 0, null; recorded in the result
     double turned, shifted;
+    const char* unregistered;
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
 

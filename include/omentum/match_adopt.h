@@ -31,7 +31,7 @@ typedef struct OmMatchAdoption OmMatchAdoption;
 OM_API OmStatus om_match_adoption_create(int nvert, OmMatchAdoption** adoption);
 OM_API void om_match_adoption_destroy(OmMatchAdoption* adoption);
 /// Begin to adopt attachments, between two steps of the body. It replaces an adoption that is under way: forces go on
-/// from their present values.  Engines without springs hold vertices still at
+/// from their present values. Engines without springs hold vertices still at
 /// anchors that travel; freed vertices are then free at once.
 /// @param attached   nonzero where a vertex is to be attached at its rest position  (nvert)
 /// @param stiffness  N/m of the spring of each of them, 0: held still; null: all held still  (nvert)

@@ -233,7 +233,9 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     // s from the start of an estimate to its adoption in a simulated world, whatever time it took; default 0.6, as
     // an estimate of three views takes 0.4 to 0.55 s
     double latency;
-    int keep;  // acquisitions of different grasps in one estimate, 1 to OM_UPDATE_MAX_KEEP; default 3
+    // acquisitions in one estimate, of a grasp one of lifted and one of folded tissue, 1 to OM_UPDATE_MAX_KEEP; default
+    // 3
+    int keep;
     double min_lift;  // m, tissue lifted less is not looked at; default 10 mm
     double rest;      // s that the arms keep still before the picture; default 0.3
     // weights of BA-Net that an estimate asks: "none" (default), "installed", or a file

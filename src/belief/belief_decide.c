@@ -24,8 +24,8 @@ Warning om__warning_next(const OmSceneMonitor* s, Warning w, const FrameEvidence
     return set_state(w, e->holds ? imax(e->state, w.part_state) : 0, e->time);
 }
 
-Conduct om__warning_conduct(Warning w, double time, bool is_answering) {
-    const double most = is_answering ? LEARN_LIMIT : STATE_3_TIME;
+Conduct om__warning_conduct(Warning w, double time, bool may_wait) {
+    const double most = may_wait ? LEARN_LIMIT : STATE_3_TIME;
     return (Conduct){
         .rate = w.state >= 1 ? 0.5 : 1.0,
         .stops = w.state >= 2,

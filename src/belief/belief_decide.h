@@ -17,7 +17,7 @@
 //    | 2     | 1/2                  | stops                                     |                                   |
 //    | 3     | 1/2                  | stops                                     | is called after STATE_3_TIME, once |
 //
-//    While an answer is awaited the person is called after LEARN_LIMIT.
+//    While the arms stand and an answer is awaited, the person is called after LEARN_LIMIT.
 //
 // 3. When an action has ended (om__belief_after), the first row that holds:
 //
@@ -75,8 +75,8 @@ typedef struct Conduct {
     bool stops;           // these motions
     bool calls_a_person;  //
 } Conduct;
-// @param is_answering  a look is taken, an estimate runs, is adopted, or its effect is awaited
-Conduct om__warning_conduct(Warning warning, double time, bool is_answering);
+// @param may_wait  the arms stand, and a look is taken, an estimate runs, is adopted, or its effect is awaited
+Conduct om__warning_conduct(Warning warning, double time, bool may_wait);
 
 typedef enum AfterStep { AFTER_GO, AFTER_LOOK, AFTER_LEARN } AfterStep;
 

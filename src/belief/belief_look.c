@@ -61,7 +61,6 @@ OmStatus om__look_take(Belief* belief, bool* needs_tick) {
     OmStatus status = OM_OK;
     if (is_good) status = take(belief, &obs);
     om_observation_done(&obs);
-    belief->is_looking = *needs_tick;
     if (status < 0) return om_error_prefix(status, "acquisition at %.2f s", belief->act->time);
     belief->record->nacquisition = u->ntaken;
     if (!is_good) return OM_OK;  // without a picture of the rest: no acquisition
@@ -77,7 +76,9 @@ void om__look_note_grasp(Belief* belief, int arm, OmPose pose_world_tip) {
 }
 
 OmStatus om__look_note_release(Belief* belief, int arm) {
-    om__warn_end(belief);  // of the last update, while the tissue is held
+    int nhold = 0;
+    for (int a = 0; a < belief->act->narm; ++a) nhold += belief->act->arm[a].in_hand >= 0;
+    if (nhold <= 1) om__warn_end(belief);  // of the last update, while tissue is held
     if (belief->updater) om__updater_release(belief->updater, arm);
     return OM_OK;
 }

@@ -8,8 +8,9 @@
 //
 // Alg. 5 is read as follows: the median over measured points of the closest distance, in this direction only, since the
 // measured cloud is partial; the rest is the mean over the frames before a grasp in which it changed by at most
-// REST_CHANGE, and fixed while tissue is held, for tissue that was let go may lie elsewhere than in the twin; the state
-// falls only below its limit less the hysteresis, which the thesis does not have.
+// REST_CHANGE, and fixed while an arm holds tissue, for tissue that was let go may lie elsewhere than in the twin; what
+// it has beyond the rest before the first grasp and the third limit counts; the state falls only below its limit less
+// the hysteresis, which the thesis does not have.
 //
 // A part of the tissue (ours): the quantile 1 - part_share of the distances between picture and twin where one of them
 // lies still, as in the last frame before the grasp. Right attachments decide where tissue lies still; stiffness,
@@ -53,11 +54,11 @@ struct OmMonitor {
     double* distance;           // (npoint)
     double* apart;              // distances of points where picture or twin lies still (npoint)
     // between frames
-    bool has_begun, was_holding;
-    double period;     // of the last frame, counted from time 0
+    bool has_begun, has_grasped, was_holding;  // was_holding: since the last frame of the rest
+    double first_rest;                         // m, before the first grasp
+    double period;                             // of the last frame, counted from time 0
     double good_time;  // s, of the last frame that was neither stale nor blind, or of the first
     double rest_sum;
-    double mean_sum;  // of mean distances, as rest_sum
     OmMonitorFrame last;
 };
 
@@ -185,8 +186,8 @@ void om_monitor_destroy(OmMonitor* m) {
 const OmSceneMonitor* om_monitor_settings(const OmMonitor* m) { return &m->def.settings; }
 
 void om_monitor_reset(OmMonitor* m) {
-    m->has_begun = m->was_holding = false;
-    m->rest_sum = m->mean_sum = 0;
+    m->has_begun = m->has_grasped = m->was_holding = false;
+    m->rest_sum = m->first_rest = 0;
     m->last = (OmMonitorFrame){0};
 }
 
@@ -343,16 +344,14 @@ static double find_apart(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) 
     return fmax(0, om_dot(lift, om_normalize(om_cross(ab, ac))));
 }
 
-// The distances of all points, sorted. *part: see OmMonitorFrame. *mean: of the distances.
-static void find_distances(OmMonitor* m, int npoint, double* part, double* mean) {
-    *mean = 0;
+// The distances of all points, sorted. *part: see OmMonitorFrame.
+static void find_distances(OmMonitor* m, int npoint, double* part) {
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
         OmVec3 p = om_load3(m->x, i);
         om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
         m->apart[i] = find_apart(m, p, &q);
         m->distance[i] = q.distance;
-        *mean += q.distance / npoint;
     }
     om_sort_doubles(m->apart, npoint);
     *part = om_quantile(m->apart, npoint, 1 - m->def.settings.part_share);
@@ -403,20 +402,18 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 // Alg. 5, lines 5 to 17.
 static void judge(OmMonitor* m, bool is_holding, OmMonitorFrame* f) {
     const OmSceneMonitor* settings = &m->def.settings;
-    double mean;
-    find_distances(m, f->npoint, &f->part, &mean);
+    find_distances(m, f->npoint, &f->part);
     f->distance = om_quantile(m->distance, f->npoint, 0.5);
     if (!is_holding) {
         const bool has_changed = f->nrest > 0 && fabs(f->distance - f->rest) > REST_CHANGE;
-        if (m->was_holding || has_changed) m->rest_sum = m->mean_sum = f->nrest = 0;
+        if (m->was_holding || has_changed) m->rest_sum = f->nrest = 0;
         m->rest_sum += f->distance;
-        m->mean_sum += mean;
         f->rest = m->rest_sum / ++f->nrest;
+        if (!m->has_grasped) m->first_rest = f->rest;
         keep_rest(m);
+        m->was_holding = false;
     }
-    m->was_holding = is_holding;
-    f->mean = f->nrest > 0 ? mean - m->mean_sum / f->nrest : mean;
-    f->mu = f->distance - f->rest;
+    f->mu = f->distance - fmin(f->rest, m->first_rest + settings->limit[2]);
     f->state = is_holding ? om_monitor_next_state(settings, f->state, f->mu) : 0;
 }
 
@@ -440,6 +437,9 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     bool is_good = !f.is_stale && !f.is_blind;
     if (is_good || is_first) m->good_time = obs->time;
     f.unseen = fmax(0, obs->time - m->good_time);
+    m->was_holding |= is_holding;
+    m->has_grasped |= is_holding;
+    if (!is_holding) f.state = 0;
     if (is_good) judge(m, is_holding, &f);
     m->last = *frame = f;
     return OM_OK;

@@ -66,9 +66,10 @@ typedef struct Belief {
     ForceSum force_sum;  // belief_force.c
 
     // acquisitions and estimates (belief_look.c)
-    double look_begin;          // s, since when the arms keep still
-    bool is_looking;            // until an acquisition is taken
-    OmMatchAdoption* adoption;  // of the twin; null without an updater
+    double look_begin;  // s, since when the arms keep still
+    // the arms stand: for a picture; for what is learnt (set by the loop)
+    bool is_looking, is_learning;
+    OmMatchAdoption* adoption;  // of the twin
     int nfailed;                // estimates in a row that ended in an error
     int update_capacity;        // of the record
 

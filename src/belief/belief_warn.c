@@ -54,13 +54,18 @@ static bool has_estimator(const Belief* belief) {
 }
 
 bool om__warn_wants_estimate(const Belief* belief) {
-    return !belief->monitor || belief->warning_action > 0;
+    const bool is_asked = belief->updater->job || belief->has_effect_due;
+    return !belief->monitor || (belief->warning_action > 0 && !is_asked);
 }
 
 static bool is_answering(const Belief* belief) {
     const bool is_busy = has_estimator(belief) && (belief->updater->job || belief->updater->is_due);
-    return is_busy || belief->is_looking || belief->has_effect_due ||
-           om_match_adoption_is_active(belief->adoption);
+    return is_busy || belief->has_effect_due || om_match_adoption_is_active(belief->adoption);
+}
+
+// The arms stand, and an answer is awaited: a person may be called later.
+static bool may_wait(const Belief* belief) {
+    return belief->is_looking || (belief->is_learning && is_answering(belief));
 }
 
 static OmStatus tell_warning(const Belief* belief, int was) {
@@ -90,7 +95,7 @@ OmStatus om__warn_frame(Belief* belief, const OmObservation* obs) {
     take_warning(belief, om__warning_next(&belief->monitor_settings, belief->warn, &evidence));
     ++r->nmonitor;
     if (evidence.holds) r->mu_max = fmax(r->mu_max, f->mu);
-    if (om__warning_conduct(belief->warn, belief->act->time, is_answering(belief)).calls_a_person)
+    if (om__warning_conduct(belief->warn, belief->act->time, may_wait(belief)).calls_a_person)
         om__belief_alarm(belief, OM_HOLD_WARNING,
                          "the tissue is %.1f mm from where the twin expects it, and %.0f mm is the "
                          "limit: the twin does not describe this tissue",

@@ -164,6 +164,9 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
         printf(
             "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
             r->twin.nadded);
+    if (r->twin.unregistered[0])
+        printf("  warning: the tissue seen at rest does not fit the model: %s\n",
+               r->twin.unregistered);
     if (r->twin.turned > 0 || r->twin.shifted > 0)
         printf(
             "  registration: before the operation the model was turned by %.1f degrees and shifted by %.1f mm, "

@@ -234,6 +234,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->result.twin.nadded = def->nadded;
     loop->result.twin.turned = def->turned;
     loop->result.twin.shifted = def->shifted;
+    snprintf(loop->result.twin.unregistered, sizeof loop->result.twin.unregistered, "%s",
+             def->unregistered ? def->unregistered : "");
     if (def->updater) om__updater_reset(def->updater);
     *out = loop;
     return OM_OK;

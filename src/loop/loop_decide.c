@@ -265,7 +265,6 @@ static void take_step(OmLoop* loop, AfterStep step, bool* needs_tick) {
     case AFTER_LOOK:
         om__loop_go(loop, STAGE_LOOK);
         loop->belief.look_begin = loop->act.time;
-        loop->belief.is_looking = true;
         return;
     case AFTER_LEARN:
         om__loop_go(loop, STAGE_LEARN);

@@ -34,7 +34,7 @@ static const StageEdge edge[] = {
     {STAGE_ACTION, STAGE_PLAN, "the end of the plan, or a limit"},
     {STAGE_LOOK, STAGE_LEARN, "an answer to a warning is awaited"},
     {STAGE_LOOK, STAGE_VERIFY, "the ROI is in view"},
-    {STAGE_LOOK, STAGE_NEXT_ACTION, "a pull, beside the estimate"},
+    {STAGE_LOOK, STAGE_NEXT_ACTION, "as planned"},
     {STAGE_LOOK, STAGE_PLAN, "the end of the plan, or the tissue slipped"},
     {STAGE_LEARN, STAGE_VERIFY, "the ROI is in view"},
     {STAGE_LEARN, STAGE_NEXT_ACTION, "as planned"},
@@ -67,6 +67,8 @@ void om__loop_go(OmLoop* loop, Stage next) {
                  name[next], name[was]);
     loop->walked[was] |= 1u << next;
     loop->stage = next;
+    loop->belief.is_looking = next == STAGE_LOOK;
+    loop->belief.is_learning = next == STAGE_LEARN;
 }
 
 OmStatus om__loop_draw(OmText* text) {

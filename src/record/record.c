@@ -477,6 +477,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_integer(&json, "twin_attached_to_stay", r->twin.nadded);
     om_json_number(&json, "registration_turn_rad", r->twin.turned);
     om_json_number(&json, "registration_shift_m", r->twin.shifted);
+    om_json_string(&json, "registration_failed", r->twin.unregistered);
     om_json_number(&json, "twin_shift_at_start_m", r->twin.shift);
     om_json_number(&json, "world_shift_at_start_m", r->truth.shift);
     om_json_integer(&json, "twin_bad_steps", r->twin.nbad);

@@ -86,6 +86,12 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
             r->twin.nadded);
         om_report_paragraph(report, text);
     }
+    if (r->twin.unregistered[0]) {
+        snprintf(text, sizeof text,
+                 "Warning: the tissue seen at rest does not fit the model: %.180s",
+                 r->twin.unregistered);
+        om_report_paragraph(report, text);
+    }
     if (r->twin.turned > 0 || r->twin.shifted > 0) {
         snprintf(
             text, sizeof text,

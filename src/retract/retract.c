@@ -214,8 +214,10 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
     loop.nadded = s->nadded;
-    loop.turned = s->registration.is_moved ? s->registration.turn : 0;
-    loop.shifted = s->registration.is_moved ? s->registration.shift : 0;
+    const OmMatchVerdict* v = &s->registration;
+    loop.turned = v->is_moved ? v->turn : 0;
+    loop.shifted = v->is_moved ? v->shift : 0;
+    loop.unregistered = v->is_good ? NULL : v->reason;
     loop.wall_begin = wall_begin;
     OM_TRY(build_updater(def, replay, s));
     loop.updater = s->updater;

@@ -328,7 +328,7 @@ static const OmYamlField update_field[] = {
     {"latency_s", OM_YAML_DOUBLE, AT(OmSceneUpdate, latency), .min = 0, .max = 60, .unit = "s",
      .help = "from the start of an estimate to its adoption, in a simulated world"},
     {"keep", OM_YAML_INT, AT(OmSceneUpdate, keep), .min = 1, .max = OM_UPDATE_MAX_KEEP,
-     .help = "acquisitions of different grasps that one estimate is made from"},
+     .help = "acquisitions that one estimate is made from: of a grasp one lifted, one folded"},
     {"min_lift_mm", OM_YAML_DOUBLE, AT(OmSceneUpdate, min_lift), .min = 0, .max = 500, .scale = MM,
      .unit = "mm", .help = "tissue lifted less is not looked at"},
     {"rest_s", OM_YAML_DOUBLE, AT(OmSceneUpdate, rest), .min = 0, .max = 10, .unit = "s",

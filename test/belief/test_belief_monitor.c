@@ -271,6 +271,28 @@ static void a_shift_after_the_grasp_is_its_state(void** state) {
     }
 }
 
+// Tissue that was let go lies elsewhere than in the twin: of that the third limit is not counted, what is beyond is.
+static void a_rest_is_bounded(void** state) {
+    (void)state;
+    Table t;
+    table_create(&t);
+    table_see_moved(&t, 0.001);
+    table_frame(&t, false);
+    table_frame(&t, true);
+    const double limit = t.def.settings.limit[2];
+    for (int k = 0; k < 2; ++k) {
+        const double off = 0.001 + limit + (k ? 0.003 : -0.001);
+        table_see_moved(&t, off);
+        OmMonitorFrame f = table_frame(&t, false);
+        assert_near(f.rest, off, 2e-6);
+        assert_int_equal(f.state, 0);
+        f = table_frame(&t, true);
+        assert_near(f.mu, k ? 0.003 : 0, 4e-6);
+        assert_int_equal(f.state, k);
+    }
+    table_destroy(&t);
+}
+
 static void a_shift_before_the_grasp_is_in_the_rest(void** state) {
     (void)state;
     Table t;
@@ -861,6 +883,7 @@ int main(void) {
         cmocka_unit_test(a_shift_after_the_grasp_is_its_state),
         cmocka_unit_test(nothing_seen_changes_nothing),
         cmocka_unit_test(a_shift_before_the_grasp_is_in_the_rest),
+        cmocka_unit_test(a_rest_is_bounded),
         cmocka_unit_test(states_of_a_part_end_at_two),
         cmocka_unit_test(hidden_tissue_of_the_twin_does_not_count),
         cmocka_unit_test(states_are_those_of_the_algorithm),

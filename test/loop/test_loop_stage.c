@@ -181,8 +181,9 @@ static void after_a_look(void** state) {
     see(stand(STAGE_LOOK));
     decide(course.loop, STAGE_LOOK, STAGE_VERIFY);
     loop = stand(STAGE_LOOK);
-    loop->has_slipped = true;
+    loop->has_slipped = loop->belief.is_looking = true;
     decide(loop, STAGE_LOOK, STAGE_PLAN);
+    assert_false(loop->belief.is_looking);  // nothing is awaited any more
 }
 
 static void after_learning(void** state) {
