@@ -29,7 +29,7 @@ typedef struct OmRetractDef {
     // Pictures of orbit.png, an animated PNG: the end of the run in a simulated world, from a camera that goes once
     // round the endoscope in 5 s; 2 to 100, default 0: none is written
     int orbit;
-    int nworker;           // default 0: one a processor
+    int nworker;  // default 0: one a processor
     // The plan before the operation; borrowed; default null: the planner makes the first one, too.
     const OmPreplan* preplan;
     // A person watches the loop (OmLoopDef.is_attended): called after every tick, and gives commands by
