@@ -417,9 +417,12 @@ static OmStatus start(const OmViewServerDef* d, OmViewServer* s) {
     info.alpn = "http/1.1";
     info.server_string = "omentum";
     lws_set_log_level(0, NULL);
+    // a vhost of its own: the library leaks where the port of its default vhost is taken
+    info.options |= LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
     s->lws = lws_create_context(&info);
+    OM_CHECK(s->lws, OM_NO_MEMORY, "out of memory for a server");
     OM_CHECK(
-        s->lws, OM_IO,
+        lws_create_vhost(s->lws, &info), OM_IO,
         "cannot listen on %s, port %d: the address is not of this machine, or the port is taken; "
         "--port 0 takes a free one",
         d->address, d->port);
