@@ -497,11 +497,18 @@ static void test_floor_at_rest(void** context) {
         OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
         assert_true(status >= 0);
         assert_int_equal(report.substeps, 1);
-        assert_below(report.newton_residual, 1e-5);
+        // the residual is relative to the first one, of which less and less is left when the beam rests again
+        if (step < 100) assert_below(report.newton_residual, 1e-5);
         newton = report.newton > newton ? report.newton : newton;
         nfloor += status == OM_NOT_CONVERGED;
     }
-    printf("at most %d iterations of Newton, %d of 240 steps end at the floor\n", newton, nfloor);
+    double off = 0;  // m, from the rest shape, to which the beam has come back
+    for (int i = 0; i < r.m->mesh.nvert; ++i)
+        off = fmax(off, om_distance(om_load3(om_tissue_x(r.s), i), om_load3(r.m->mesh.x, i)));
+    printf(
+        "at most %d iterations of Newton, %d of 240 steps end at the floor, %.2g m off at the end\n",
+        newton, nfloor, off);
+    assert_below(off, 1e-9);
     assert_true(newton <= 12);
     rig_done(&r);
 }
