@@ -165,7 +165,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "  note: the twin slid off while it settled; %d vertices were attached, so that it stays\n",
             r->twin.nadded);
     if (r->twin.unregistered[0])
-        printf("  warning: the tissue seen at rest does not fit the model: %s\n",
+        printf("  note: the tissue seen at rest is not the model's within the noise: %s\n",
                r->twin.unregistered);
     if (r->twin.turned > 0 || r->twin.shifted > 0)
         printf(

@@ -87,9 +87,10 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
         om_report_paragraph(report, text);
     }
     if (r->twin.unregistered[0]) {
-        snprintf(text, sizeof text,
-                 "Warning: the tissue seen at rest does not fit the model: %.180s",
-                 r->twin.unregistered);
+        snprintf(
+            text, sizeof text,
+            "Note: the tissue seen at rest is not the model's within the noise, and estimates may be refused: %.150s",
+            r->twin.unregistered);
         om_report_paragraph(report, text);
     }
     if (r->twin.turned > 0 || r->twin.shifted > 0) {

@@ -38,8 +38,7 @@ OmStatus om__retract_register(const OmScene* scene, OmWorld* world, OmSite* site
     om_match_destroy(match);
     om_scan_done(&scan);
     OM_TRY(status);
-    om_log(verdict->is_good ? OM_LOG_INFO : OM_LOG_WARNING,
-           "registration at rest: chi-square %.2f, %s", verdict->chi2,
+    om_log(OM_LOG_INFO, "registration at rest: chi-square %.2f, %s", verdict->chi2,
            verdict->reason[0] ? verdict->reason : "it fits");
     if (!verdict->is_moved || verdict->cause != OM_MATCH_MOVED) return OM_OK;
     OM_TRY(om_site_move(site, om_pose_inverse(verdict->pose_right_scan)));
