@@ -379,11 +379,12 @@ OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmPro
 OM_API OmStatus om_site_build_tissue(const OmScene* scene, const OmProgress* progress, OmSite* site,
                                      bool* holds_lowest);
 OM_API void om_site_done(OmSite* site);
-/// Move all of a site but the frame of cameras and arms: mesh, board, organ, ROI, task frame, gravity. Bodies of the
-/// site are made afterwards.
+/// Move all of a site but the frame of cameras and arms: mesh, board, organ, ROI, task frame, gravity. `soft` is made
+/// anew from the moved organ, as for a site that was read. Bodies of the site are made afterwards.
+/// @param scene   of the site
 /// @param motion  world frame
-/// @return OM_OK; OM_NO_MEMORY. Call om_site_done after an error.
-OM_API OmStatus om_site_move(OmSite* site, OmPose motion);
+/// @return OM_OK; OM_NO_MEMORY; errors of om_site_mesh_organ. Call om_site_done after an error.
+OM_API OmStatus om_site_move(const OmScene* scene, OmSite* site, OmPose motion);
 /// Make OmSite.soft where the scene wants an organ that deforms at the site's role: the last part of om_site_build, and
 /// for sites that were read, whose `soft` is empty. Call om_site_done after an error.
 /// @return OM_OK; OM_INVALID (no organ lies under the tissue, no part of it looks away from the tissue, errors of

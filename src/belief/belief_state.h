@@ -79,7 +79,6 @@ typedef struct Belief {
     int doubt_grasp;        // grasps until the last doubt, -1: there was none
     int doubt;              // the strongest doubt until now
     bool has_narrowed;      // the intersection is not that of the last doubt
-
 } Belief;
 
 // ---- belief.c ----------------------------------------------------------------------------------------------

@@ -41,11 +41,5 @@ OmStatus om__retract_register(const OmScene* scene, OmWorld* world, OmSite* site
     om_log(OM_LOG_INFO, "registration at rest: chi-square %.2f, %s", verdict->chi2,
            verdict->reason[0] ? verdict->reason : "it fits");
     if (!verdict->is_moved || verdict->cause != OM_MATCH_MOVED) return OM_OK;
-    OM_TRY(om_site_move(site, om_pose_inverse(verdict->pose_right_scan)));
-    if (site->soft.nvert == 0) return OM_OK;
-    // made anew, as a replay makes it from the moved organ
-    om_tet_mesh_done(&site->soft);
-    om_free(site->soft_spring);
-    site->soft_spring = NULL;
-    return om_site_mesh_organ(scene, site);
+    return om_site_move(scene, site, om_pose_inverse(verdict->pose_right_scan));
 }

@@ -55,7 +55,7 @@ static void move_points(OmPose motion, int n, double* x) {
     for (int i = 0; i < n; ++i) om_store3(x, i, om_pose_apply(motion, om_load3(x, i)));
 }
 
-OmStatus om_site_move(OmSite* site, OmPose motion) {
+OmStatus om_site_move(const OmScene* scene, OmSite* site, OmPose motion) {
     site->pose_world_task = om_pose_mul(motion, site->pose_world_task);
     move_points(motion, site->mesh.nvert, site->mesh.x);
     move_points(motion, site->roi.nvert, site->roi.x);
@@ -63,13 +63,17 @@ OmStatus om_site_move(OmSite* site, OmPose motion) {
     move_points((OmPose){.q = motion.q}, site->nroi, site->roi_n);
     site->roi_center = om_pose_apply(motion, site->roi_center);
     site->gravity = om_quat_rotate(motion.q, site->gravity);
-    move_points(motion, site->soft.nvert, site->soft.x);
     if (!site->has_organ) return OM_OK;
     move_points(motion, site->organ.nvert, site->organ.x);
     OmSdfDef def = om_sdf_default_def(site->organ_sdf.grid.spacing);
     def.margin = MARGIN;
     om_sdf_done(&site->organ_sdf);
-    return om_sdf_from_surface(&site->organ, &def, &site->organ_sdf);
+    OM_TRY(om_sdf_from_surface(&site->organ, &def, &site->organ_sdf));
+    if (site->soft.nvert == 0) return OM_OK;
+    om_tet_mesh_done(&site->soft);
+    om_free(site->soft_spring);
+    site->soft_spring = NULL;
+    return om_site_mesh_organ(scene, site);
 }
 
 OmStatus om__site_register(const OmScene* scene, OmSite* site) {
@@ -79,5 +83,5 @@ OmStatus om__site_register(const OmScene* scene, OmSite* site) {
     OmQuat turn =
         angle > 0 ? om_quat_axis_angle(om_scale(1 / angle, r->turn), angle) : om_quat_identity();
     OmPose task = om_pose_mul(site->pose_world_task, (OmPose){r->shift, turn});
-    return om_site_move(site, om_pose_mul(task, om_pose_inverse(site->pose_world_task)));
+    return om_site_move(scene, site, om_pose_mul(task, om_pose_inverse(site->pose_world_task)));
 }

@@ -95,6 +95,48 @@ static void test_sites(void** state) {
         }
 }
 
+// Largest distance of points from those of the other, moved.
+static double gap_of(OmPose motion, int n, const double* was, const double* x) {
+    double most = 0;
+    for (int i = 0; i < n; ++i)
+        most = fmax(most, om_distance(om_pose_apply(motion, om_load3(was, i)), om_load3(x, i)));
+    return most;
+}
+
+// A site that is moved: points and normals go along, the field of distances is that of the moved organ, and the organ
+// that gives way is the one that a site read from a file would have.
+static void test_a_site_is_moved(void** state) {
+    (void)state;
+    const OmScene s = ball_scene(OM_IN_BOTH);
+    const OmPose motion = {{0.004, -0.002, 0.003}, om_quat_axis_angle(om_vec3(0.6, 0, 0.8), 0.06)};
+    OmSite was, site;
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &was));
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_site_move(&s, &site, motion));
+    assert_below(gap_of(motion, site.mesh.nvert, was.mesh.x, site.mesh.x), 1e-12);
+    assert_below(gap_of(motion, site.organ.nvert, was.organ.x, site.organ.x), 1e-12);
+    assert_below(gap_of(motion, site.roi.nvert, was.roi.x, site.roi.x), 1e-12);
+    assert_below(gap_of(motion, site.nroi, was.roi_x, site.roi_x), 1e-12);
+    assert_below(gap_of((OmPose){.q = motion.q}, site.nroi, was.roi_n, site.roi_n), 1e-12);
+    assert_below(om_distance(site.pose_world_field.p, was.pose_world_field.p), 1e-15);
+    for (int i = 0; i < site.nroi; ++i) {  // the ROI lies where it lay to the organ
+        const double before = om_sdf_eval(&was.organ_sdf, om_load3(was.roi_x, i), NULL);
+        assert_near(om_sdf_eval(&site.organ_sdf, om_load3(site.roi_x, i), NULL), before, 3e-4);
+    }
+    OmSite read = site;
+    memset(&read.soft, 0, sizeof read.soft);
+    read.soft_spring = NULL;
+    assert_ok(om_site_mesh_organ(&s, &read));
+    assert_int_equal(read.soft.nvert, site.soft.nvert);
+    assert_memory_equal(read.soft.x, site.soft.x, 3 * (size_t)site.soft.nvert * sizeof(double));
+    const OmVec3 middle = om_pose_apply(motion, mean_of(was.soft.nvert, was.soft.x));
+    assert_below(om_distance(mean_of(site.soft.nvert, site.soft.x), middle), 2e-3);
+    om_tet_mesh_done(&read.soft);
+    om_free(read.soft_spring);
+    om_site_done(&site);
+    om_site_done(&was);
+}
+
 typedef struct Field {
     OmScene scene;
     OmSite site;
@@ -347,9 +389,13 @@ static void test_allocations(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sites),         cmocka_unit_test(test_the_organ_carries_the_fat),
-        cmocka_unit_test(test_anatomy_rides), cmocka_unit_test(test_attachments),
-        cmocka_unit_test(test_snapshot),      cmocka_unit_test(test_what_is_refused),
+        cmocka_unit_test(test_sites),
+        cmocka_unit_test(test_a_site_is_moved),
+        cmocka_unit_test(test_the_organ_carries_the_fat),
+        cmocka_unit_test(test_anatomy_rides),
+        cmocka_unit_test(test_attachments),
+        cmocka_unit_test(test_snapshot),
+        cmocka_unit_test(test_what_is_refused),
         cmocka_unit_test(test_allocations),
     };
     return cmocka_run_group_tests(tests, make_patient, remove_patient);
