@@ -29,7 +29,9 @@ def main():
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 10))
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of NumPy: its threads spin beside those of the library
     import pytest
-    return pytest.main(["-q", "-p", "no:cacheprovider", "-ra", *sys.argv[1:]])
+    # a sanitizer writes why it ends the process past Python: pytest would keep that to itself
+    capture = ["--capture=sys"] if os.environ.get("OM_TEST_PRELOAD") else []
+    return pytest.main(["-q", "-p", "no:cacheprovider", "-ra", *capture, *sys.argv[1:]])
 
 
 if __name__ == "__main__":
