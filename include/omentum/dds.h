@@ -204,9 +204,10 @@ typedef struct OmDdsWorldDef {
 
 OM_API OmDdsWorldDef om_dds_world_default_def(const OmScene* scene);
 
-/// A world behind the topics of a robot. It observes the depth camera's PointCloud2, and the endoscope's picture where
-/// there is one; it knows no truth. Each advance sends one goal of the straight motion by servo_cp. With a robot in
-/// lock-step the world's time stands still between two advances (OmWorld.waits).
+/// A world behind the topics of a robot. It observes the depth camera's PointCloud2, or its depth image (without
+/// colour) where there are no points, and the endoscope's picture where there is one; it knows no truth. Each advance
+/// sends one goal of the straight motion by servo_cp. With a robot in lock-step the world's time stands still between
+/// two advances (OmWorld.waits).
 ///
 /// Motion stops, with an error that every later call repeats: a measured pose older than `stale`, or further than
 /// `max_jump` from the last one; an arm that is not enabled and homed any more, or reports an error; a robot that is

@@ -22,7 +22,8 @@
 #define PICTURE_TIME 1.0  // s that are waited for one
 #define MAX_TURN 0.5      // rad between two measured poses of an arm
 #define UNIT 1e-3         // by which the length of a quaternion may differ from 1
-#define GRACE 0.5         // s to find out whether the robot is in lock-step
+#define GRACE 0.5         // s to find out whether the robot is in lock-step, or has no points
+#define NO_DEPTH "depth/points or /depth/image_raw"
 #define HINT "start omentum dvrk in another terminal, or the robot, with the same domain"
 
 typedef struct Limb {  // an arm as its topics show it
@@ -50,6 +51,7 @@ typedef struct Limb {  // an arm as its topics show it
 
 typedef struct Sight {  // a camera as its topics show it
     int info, data;
+    int image;  // of a depth camera without points; -1: not read
     OmCamera camera;
     bool has_info;
     OmWorldPicture picture;  // of the endoscope
@@ -64,6 +66,7 @@ typedef struct DdsWorld {
     Link* link;
     Limb limb[OM_MAX_ARM];
     Sight endoscope, depth;
+    bool has_points;  // of the depth camera: PointCloud2; otherwise a depth image
     int tf_static, tick_out, tick_in;
     LinkFrame frame[MAX_FRAMES];  // with pose_world_child
     int nframe;
@@ -334,6 +337,54 @@ static OmStatus read_cloud(Sight* s, const LinkPicture* p) {
     return OM_OK;
 }
 
+// Bytes of a pixel of a depth image (REP 118): m as float32, or mm as uint16; 0: it is none.
+static int depth_bytes(const LinkPicture* p) {
+    if (p->is_bigendian) return 0;
+    return strcmp(p->encoding, "32FC1") == 0 ? 4 : strcmp(p->encoding, "16UC1") == 0 ? 2 : 0;
+}
+
+static bool is_depth_of(const LinkPicture* p, const OmCamera* c) {
+    const int n = depth_bytes(p);
+    return n > 0 && p->width == c->width && p->height == c->height && p->step >= n * p->width &&
+           (size_t)p->step * (size_t)p->height <= p->size;
+}
+
+static float depth_at(const unsigned char* at, int nbyte) {
+    float z = 0;
+    uint16_t mm = 0;
+    if (nbyte == 2) memcpy(&mm, at, sizeof mm);
+    if (nbyte == 4) memcpy(&z, at, sizeof z);
+    if (nbyte == 2) z = 1e-3f * (float)mm;
+    return z > 0 && isfinite(z) ? z : 0.0f;
+}
+
+static OmStatus read_depth(Sight* s, const LinkPicture* p) {
+    const int n = depth_bytes(p);
+    if (!s->depth.depth) OM_ALLOC(s->depth.depth, (size_t)p->width * (size_t)p->height);
+    for (int row = 0, i = 0; row < p->height; ++row)
+        for (int column = 0; column < p->width; ++column, ++i)
+            s->depth.depth[i] = depth_at(p->data + (size_t)row * (size_t)p->step + n * column, n);
+    return OM_OK;
+}
+
+static OmStatus take_depth(DdsWorld* w) {
+    Sight* s = &w->depth;
+    LinkMessage m;
+    while (s->image >= 0 && om__link_take(w->link, s->image, &m)) {
+        if (!s->has_info || w->has_points) continue;
+        if (!is_depth_of(&m.picture, &s->camera))
+            return fail(
+                w,
+                "%s: %d x %d pixels of \"%s\"; it must be 32FC1 or 16UC1, little endian, with the %d x %d "
+                "pixels of camera_info",
+                om__link_name(w->link, s->image), m.picture.width, m.picture.height,
+                m.picture.encoding, s->camera.width, s->camera.height);
+        OM_TRY(read_depth(s, &m.picture));
+        s->stamp = m.time;
+    }
+    return OM_OK;
+}
+
 static OmStatus take_cloud(DdsWorld* w) {
     Sight* s = &w->depth;
     LinkMessage m;
@@ -368,6 +419,7 @@ static OmStatus take_messages(DdsWorld* w, bool is_late) {
     OM_TRY(take_info(w, &w->endoscope, &w->def.scene->endoscope));
     OM_TRY(take_info(w, &w->depth, &w->def.scene->rgbd));
     OM_TRY(take_image(w));
+    OM_TRY(take_depth(w));
     return take_cloud(w);
 }
 
@@ -605,11 +657,11 @@ static OmStatus wait_for_pictures(DdsWorld* w, unsigned what) {
     if (!(what & (OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR))) return OM_OK;
     if (w->is_lock_step) return make_tick(w, 0, what);
     while (!has_pictures(w, what, fmin(held, w->limb[0].stamp_cp - NEW_PICTURE))) {
+        const int depth = w->has_points ? w->depth.data : w->depth.image;
         if (om_clock_now() > end)
-            return fail(
-                w, "%s: no new picture within %.0f s; motion has stopped",
-                om__link_name(w->link, what & OM_OBSERVE_IMAGE ? w->endoscope.data : w->depth.data),
-                PICTURE_TIME);
+            return fail(w, "%s: no new picture within %.0f s; motion has stopped",
+                        om__link_name(w->link, what & OM_OBSERVE_IMAGE ? w->endoscope.data : depth),
+                        PICTURE_TIME);
         OM_TRY(check_stop(w));
         om__link_wait(w->link, 0.01);
         OM_TRY(take_all(w));
@@ -795,19 +847,27 @@ static const char* find_missing(const DdsWorld* w, char* text, size_t size) {
             }
     }
     if (!w->depth.has_info) return "depth/camera_info";
-    if (om__link_count(w->link, w->depth.data) == 0) return "depth/points";
-    return w->endoscope.has_info ? NULL : "endoscope/camera_info";
+    if (!w->endoscope.has_info) return "endoscope/camera_info";
+    const Sight* s = &w->depth;
+    const bool has_image = s->image >= 0 && om__link_count(w->link, s->image) > 0;
+    return has_image || om__link_count(w->link, s->data) > 0 ? NULL : NO_DEPTH;
 }
 
 static OmStatus wait_for_robot(DdsWorld* w) {
     char text[120];
     const char* missing = "";
     const double end = om_clock_now() + w->def.wait;
+    double since = INFINITY;  // when all but the depth camera's picture was there
     while (missing) {
         OM_TRY(om_stop_poll());
         om__link_wait(w->link, 0.02);
         OM_TRY(take_all(w));
         missing = find_missing(w, text, sizeof text);
+        const bool is_last = missing && strcmp(missing, NO_DEPTH) == 0;
+        since = is_last ? fmin(since, om_clock_now()) : INFINITY;
+        if (w->depth.image < 0 && om_clock_now() > since + GRACE)
+            OM_TRY(om__link_add(w->link, LINK_IN, LINK_IMAGE, "depth/image_raw", 1,
+                                &w->depth.image));
         if (!missing || om_clock_now() < end) continue;
         for (int a = 0; a < w->head.narm; ++a)
             OM_CHECK(
@@ -830,7 +890,9 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         OM_TRY(take_all(w));
     }
     w->is_lock_step = om__link_count(w->link, w->tick_out) > 0;
-    w->head.sources = OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    w->has_points = om__link_count(w->link, w->depth.data) > 0;
+    w->head.sources =
+        OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | (w->has_points ? OM_OBSERVE_COLOR : 0);
     w->head.waits = w->is_lock_step;
     return w->is_lock_step ? make_tick(w, 0, 0) : OM_OK;
 }
@@ -860,6 +922,7 @@ OmStatus om_world_create_dds(const OmDdsWorldDef* def, OmWorld** world) {
     w->def = *def;
     w->head = (OmWorld){.ops = &dds_ops, .narm = def->scene->world.narm};
     w->endoscope.stamp = w->depth.stamp = -INFINITY;
+    w->endoscope.image = w->depth.image = -1;
     w->taken = om_clock_now();
     // a number that another client hardly has
     w->client = (uint32_t)(1e6 * fmod(om_clock_now(), 4000)) | 1u;

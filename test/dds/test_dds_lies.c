@@ -25,6 +25,9 @@ typedef enum Lie {
     FAULT,     // an arm is not enabled
     LATE,      // pictures are 0.3 s on their way: no lie
     OLD,       // pictures are 30 s old
+    IMAGE,     // no points, but a depth image in m: no lie
+    IMAGE_MM,  // the same in mm
+    IMAGE_8,   // the same of 8 bits: of what?
     PERSON     // no lie: a person presses Ctrl-C
 } Lie;
 
@@ -39,7 +42,7 @@ typedef struct Robot {
     OmSite site;
     Link* link;
     Arm arm[2];
-    int tf, depth_info, info, cloud;
+    int tf, depth_info, info, cloud, image;
     Lie lie;
     atomic_bool is_lying, is_over;
     atomic_int nservo;  // goals for PSM1
@@ -48,6 +51,8 @@ typedef struct Robot {
 } Robot;
 
 static float point[4 * 128 * 96];  // x, y, z, rgb of the largest cloud
+static float metre[64 * 48];       // of a depth image, and the same
+static uint16_t millimetre[64 * 48];
 
 static OmDdsDef make_dds(void) {
     OmDdsDef def = om_dds_default_def();
@@ -92,6 +97,22 @@ static void send_arm(Robot* r, Arm* arm, double time, double stamp) {
     if (lie == ERROR) om__link_write(r->link, arm->error, &m);
 }
 
+// Depth grows along the rows, and the first pixel has none.
+static void send_image(Robot* r, double time) {
+    const bool is_mm = r->lie == IMAGE_MM;
+    const int n = is_mm ? 2 : 4;
+    LinkMessage m = {.time = time, .frame = "camera"};
+    for (int i = 1; i < 64 * 48; ++i) millimetre[i] = (uint16_t)(100 + i);
+    for (int i = 1; i < 64 * 48; ++i) metre[i] = 1e-3f * (float)(100 + i);
+    metre[0] = NAN;
+    m.picture = (LinkPicture){.width = 64, .height = 48, .step = n * 64};
+    m.picture.data = is_mm ? (const unsigned char*)millimetre : (const unsigned char*)metre;
+    m.picture.size = (size_t)n * 64 * 48;
+    snprintf(m.picture.encoding, sizeof m.picture.encoding, "%s",
+             is_mm ? "16UC1" : r->lie == IMAGE_8 ? "8UC1" : "32FC1");
+    om__link_write(r->link, r->image, &m);
+}
+
 static void send_pictures(Robot* r, double time) {
     const bool is_large = r->is_lying && r->lie == GROWS;
     const int w = is_large ? 128 : 64, h = is_large ? 96 : 48;
@@ -99,6 +120,8 @@ static void send_pictures(Robot* r, double time) {
     m.info.lens = (OmLens){.fx = w, .fy = w, .cx = 0.5 * w, .cy = 0.5 * h};
     om__link_write(r->link, r->depth_info, &m);
     om__link_write(r->link, r->info, &m);
+    if (r->image >= 0) send_image(r, time);
+    if (r->image >= 0) return;
     m = (LinkMessage){.time = time, .frame = "camera"};
     m.picture = (LinkPicture){.width = w,
                               .height = h,
@@ -170,7 +193,10 @@ static void begin(Robot* r, Lie lie) {
     add(r, "", "tf_static", LINK_OUT | LINK_LATCHED, LINK_TF, &r->tf);
     add(r, "", "depth/camera_info", LINK_OUT, LINK_INFO, &r->depth_info);
     add(r, "", "endoscope/camera_info", LINK_OUT, LINK_INFO, &r->info);
-    add(r, "", "depth/points", LINK_OUT, LINK_CLOUD, &r->cloud);
+    const bool is_image = lie == IMAGE || lie == IMAGE_MM || lie == IMAGE_8;
+    r->image = -1;
+    if (is_image) add(r, "", "depth/image_raw", LINK_OUT, LINK_IMAGE, &r->image);
+    if (!is_image) add(r, "", "depth/points", LINK_OUT, LINK_CLOUD, &r->cloud);
     assert_ok(om__link_write(r->link, r->tf, &tf));
     assert_ok(om_job_start(be_robot, r, &r->job));
 }
@@ -263,6 +289,39 @@ static void pictures_are_new(void** unused) {
     expect(OLD, true, OM_IO, "depth/points: no new picture within 1 s", 0);
 }
 
+// A depth camera without points: its image is read, in m or in mm, and there is no colour.
+static void a_depth_image(void** unused) {
+    (void)unused;
+    for (Lie lie = IMAGE; lie <= IMAGE_8; ++lie) {
+        Robot r;
+        OmWorld* world;
+        OmObservation obs = {0};
+        begin(&r, lie);
+        OmDdsWorldDef def = om_dds_world_default_def(&r.scene);
+        def.dds = make_dds();
+        def.wait = 20;
+        def.stale = 5;
+        const OmStatus status = om_world_create_dds(&def, &world);
+        if (lie == IMAGE_8) {
+            assert_status(status, OM_IO);
+            assert_non_null(
+                strstr(om_error_message(), "depth/image_raw: 64 x 48 pixels of \"8UC1\""));
+            end(&r);
+            continue;
+        }
+        assert_ok(status);
+        assert_int_equal(om_world_sources(world), OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH);
+        assert_ok(om_world_observe(world, OM_OBSERVE_DEPTH, &obs));
+        assert_null(obs.rgbd.color.pixel);
+        assert_near((double)obs.rgbd.depth[0], 0, 0);
+        for (int i = 1; i < 64 * 48; ++i)
+            assert_near((double)obs.rgbd.depth[i], 1e-3 * (100 + i), 1e-6);
+        om_observation_done(&obs);
+        om_world_destroy(world);
+        end(&r);
+    }
+}
+
 // Ctrl-C: both arms get a hold before the program ends.
 static void a_person_stops_the_arms(void** unused) {
     (void)unused;
@@ -289,6 +348,7 @@ int main(void) {
         cmocka_unit_test(lies_stop_the_arms),
         cmocka_unit_test(old_messages_are_none),
         cmocka_unit_test(pictures_are_new),
+        cmocka_unit_test(a_depth_image),
         cmocka_unit_test(a_person_stops_the_arms),
         cmocka_unit_test(nothing_moves_before_it_is_homed),
     };
