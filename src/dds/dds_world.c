@@ -866,8 +866,8 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         const bool is_last = missing && strcmp(missing, NO_DEPTH) == 0;
         since = is_last ? fmin(since, om_clock_now()) : INFINITY;
         if (w->depth.image < 0 && om_clock_now() > since + GRACE)
-            OM_TRY(om__link_add(w->link, LINK_IN, LINK_IMAGE, "depth/image_raw", 1,
-                                &w->depth.image));
+            OM_TRY(
+                om__link_add(w->link, LINK_IN, LINK_IMAGE, "depth/image_raw", 1, &w->depth.image));
         if (!missing || om_clock_now() < end) continue;
         for (int a = 0; a < w->head.narm; ++a)
             OM_CHECK(
@@ -891,8 +891,7 @@ static OmStatus wait_for_robot(DdsWorld* w) {
     }
     w->is_lock_step = om__link_count(w->link, w->tick_out) > 0;
     w->has_points = om__link_count(w->link, w->depth.data) > 0;
-    w->head.sources =
-        OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | (w->has_points ? OM_OBSERVE_COLOR : 0);
+    w->head.sources = OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | (w->has_points ? OM_OBSERVE_COLOR : 0);
     w->head.waits = w->is_lock_step;
     return w->is_lock_step ? make_tick(w, 0, 0) : OM_OK;
 }

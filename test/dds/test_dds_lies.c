@@ -109,7 +109,9 @@ static void send_image(Robot* r, double time) {
     m.picture.data = is_mm ? (const unsigned char*)millimetre : (const unsigned char*)metre;
     m.picture.size = (size_t)n * 64 * 48;
     snprintf(m.picture.encoding, sizeof m.picture.encoding, "%s",
-             is_mm ? "16UC1" : r->lie == IMAGE_8 ? "8UC1" : "32FC1");
+             is_mm               ? "16UC1"
+             : r->lie == IMAGE_8 ? "8UC1"
+                                 : "32FC1");
     om__link_write(r->link, r->image, &m);
 }
 
