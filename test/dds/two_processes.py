@@ -4,6 +4,7 @@
     two_processes.py PROGRAM SCENE CASE [CLIENT]
 
 fast_dds       the program CLIENT, fast_dds_client.cpp, on another implementation of DDS homes an arm and moves it
+rust           the same by rust/client.rs on RustDDS, over an interface with multicast
 defras         the same of a run with all that the loop can do, on a scene of the repository
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
@@ -24,7 +25,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "fast_dds": 105}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "fast_dds": 105, "rust": 20}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -160,11 +161,29 @@ def interrupt():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
+def skip(why):
+    print("skip:", why)
+    sys.exit(77)
+
+
 def fast_dds():
     if not os.path.exists(sys.argv[4]):
-        print("skip: Debian's fastddsgen and libfastrtps-dev are not installed (tools/packages_ci.txt)")
-        sys.exit(77)
-    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "60", "--pictures", "5")
+        skip("Debian's fastddsgen and libfastrtps-dev are not installed (tools/packages_ci.txt)")
+    foreign_client()
+
+
+def rust():
+    if not os.path.exists(sys.argv[4]):
+        skip("the client is not built (test/dds/rust/Cargo.toml)")
+    names = sorted(f.parent.name for f in pathlib.Path("/sys/class/net").glob("*/flags")  # up, multicast, no loopback
+                   if int(f.read_text(encoding="utf-8"), 16) & 0x1009 == 0x1001 and (f.parent / "operstate").read_text(encoding="utf-8").strip() == "up")
+    if not names:
+        skip("no interface has multicast")
+    foreign_client("--network", names[0])
+
+
+def foreign_client(*options):
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "60", "--pictures", "5", *options)
     wait_for("robot", "PSM1 and PSM2")
     said = subprocess.run([sys.argv[4], DOMAIN], stdout=subprocess.PIPE, text=True, timeout=90, check=False)
     if said.returncode != 0 or "PSM1 went from" not in said.stdout or "PSM1: home: ENABLED" not in text("robot"):
@@ -207,5 +226,5 @@ def udp():
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
 
 
-{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "fast_dds": fast_dds, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "fast_dds": fast_dds, "rust": rust, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
