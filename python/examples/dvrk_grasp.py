@@ -2,19 +2,22 @@
 import sys
 import time
 
-from dvrk_types import DomainParticipant, JointState, OperatingState, PoseStamped, StringStamped, reader, writer
+from dvrk_types import DomainParticipant, JointState, OperatingState, PoseStamped, String, StringStamped, newest, reader, writer
 
 robot = DomainParticipant(int(sys.argv[1]) if len(sys.argv) > 1 else 0)
 place = [1e-3 * float(x) for x in sys.argv[2:5]] or [-0.03, -0.03, 0.004]
 pose, jaw = reader(robot, "PSM1/measured_cp", PoseStamped), reader(robot, "PSM1/jaw/measured_js", JointState)
 state, jaw_to = writer(robot, "PSM1/state_command", StringStamped), writer(robot, "PSM1/jaw/move_jp", JointState)
 move, event = writer(robot, "PSM1/move_cp", PoseStamped), reader(robot, "PSM1/operating_state", OperatingState)
+warning = reader(robot, "PSM1/warning", String)
 
 
 def wait(seconds):
     """The last pose and the last angle of the jaw after so many seconds."""
     time.sleep(seconds)
-    return pose.take(1000)[-1].pose, jaw.take(1000)[-1].position[0]
+    for said in warning.take(10):
+        raise SystemExit(f"PSM1: {said.data}")
+    return newest(pose).pose, newest(jaw).position[0]
 
 
 def go(x, y, z):
@@ -23,12 +26,14 @@ def go(x, y, z):
     event.take(100)
     move.write(goal)
     while all(e.is_busy for e in event.take(100)):  # until a move has ended
-        time.sleep(0.05)
+        wait(0.05)
     return wait(0.5)
 
 
 wait(1.0)
 state.write(StringStamped(string="home"))
+while not newest(event, 60).is_homed:
+    pass
 jaw_to.write(JointState(name=["jaw"], position=[0.7]))
 go(*place)
 jaw_to.write(JointState(name=["jaw"], position=[0.0]))

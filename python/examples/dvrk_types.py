@@ -1,5 +1,6 @@
 """Messages of ROS 2 and CRTK for the Python package cyclonedds (PyPI, 0.10 or newer), without ROS: see doc/dvrk.md."""
 import os
+import time
 from dataclasses import dataclass, field
 
 os.environ.setdefault("CYCLONEDDS_URI", "<Domain><General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false</AllowMulticast>"
@@ -29,6 +30,12 @@ class Time(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
 class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
     stamp: Time = field(default_factory=Time)
     frame_id: str = ""
+
+
+@dataclass
+@final
+class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
+    data: str = ""
 
 
 @dataclass
@@ -93,6 +100,16 @@ RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.
 
 def reader(participant, topic, kind):
     return DataReader(participant, Topic(participant, "rt/" + topic, kind), qos=RELIABLE)
+
+
+def newest(source, seconds=2.0):
+    """The last message of a reader; where none comes for so long the program ends, with a sentence."""
+    end = time.time() + seconds
+    while not (messages := source.take(1000)):
+        if time.time() > end:
+            raise SystemExit(f"{source.topic.name}: nothing for {seconds:g} s: the robot is gone, not started, or in another domain")
+        time.sleep(0.01)
+    return messages[-1]
 
 
 def writer(participant, topic, kind):

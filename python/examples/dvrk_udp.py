@@ -13,7 +13,10 @@ link.settimeout(2)
 def ask(**operation):
     """Send one operation of PSM1, and return the state of the arm."""
     link.sendto(json.dumps({"arm": "PSM1", **operation}).encode(), ("127.0.0.1", PORT))
-    answer = json.loads(link.recv(65536))
+    try:
+        answer = json.loads(link.recv(65536))
+    except OSError as error:
+        raise SystemExit(f"no answer on port {PORT}: {error}") from None
     if answer["refused"]:
         raise SystemExit(answer["refused"])
     return answer["PSM1"]

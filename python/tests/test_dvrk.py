@@ -1,5 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
-# PARTS 5
+# PARTS 8
 import json
 import os
 import pathlib
@@ -31,18 +31,20 @@ def robot(tmp_path):
     log = tmp_path / "robot"
     with open(log, "w", encoding="utf-8") as out:
         process = subprocess.Popen([program, "dvrk", SMALL, "--domain", str(DOMAIN), "--time", "60", "--rate", "25", "--igtl", str(IGTL), "--udp", str(UDP)], stdout=out, stderr=out)
+    log.with_name("pid").write_text(str(process.pid))
     end = time.time() + 20
     while "PSM1" not in log.read_text() and time.time() < end:
         time.sleep(0.05)
     yield log
-    process.send_signal(signal.SIGINT)
-    assert process.wait(10) == 0
+    if process.poll() != -signal.SIGKILL:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 0
 
 
 def client(*arguments):
     pytest.importorskip("cyclonedds")
     script = ROOT / "python/examples/dvrk_grasp.py"
-    return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, text=True)
+    return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def ask(**operation):
@@ -82,6 +84,26 @@ def test_a_client_that_is_killed_leaves_the_robot_well(robot):
     then = ask()
     assert then["setpoint_cp"] == there["setpoint_cp"] and then["measured_js"] == there["measured_js"]
     assert abs(then["measured_js"][3] - goal[3]) > 0.1  # rad
+
+
+def test_a_client_says_why_its_move_is_refused(robot):
+    process = client("-40", "-40", "900")
+    text, why = process.communicate(timeout=40)
+    assert process.returncode == 1 and not text
+    assert why.startswith("PSM1: PSM1/move_cp refused: point (-40.0, -40.0, 900.0) mm is out of the arm's reach") and why.count("\n") == 1
+    assert "homed" in robot.read_text()
+
+
+def test_a_client_says_that_the_robot_is_gone(robot):
+    """kill -9 of the robot, once it has homed: the client ends by itself, with a sentence."""
+    process = client("-40", "-40", "4")
+    end = time.time() + 20
+    while "homed" not in robot.read_text() and time.time() < end:
+        time.sleep(0.05)
+    os.kill(int(robot.with_name("pid").read_text()), signal.SIGKILL)
+    text, why = process.communicate(timeout=20)
+    assert process.returncode == 1 and not text
+    assert re.fullmatch(r"rt/PSM1/\S+: nothing for \d+ s: the robot is gone, not started, or in another domain\n", why)
 
 
 def test_the_package_drives_the_robot(robot):

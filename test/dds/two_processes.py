@@ -8,7 +8,7 @@ rust           the same by rust/client.rs on RustDDS, over an interface with mul
 defras         the same of a run with all that the loop can do, on a scene of the repository
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
-udp            the client of python/examples without DDS grasps and pulls
+udp            the client of python/examples without DDS grasps and pulls, and says where no robot answers
 interrupt      Ctrl-C ends the run at once, with its own exit code, and leaves a robot whose arms stand
 kill_robot     kill -9 of the robot ends the run with a sentence
 kill_client    kill -9 of the run leaves a robot that says so, stops the arms, serves, and ends well
@@ -224,6 +224,9 @@ def udp():
     robot.send_signal(signal.SIGINT)
     if robot.wait(10) != 0:
         fail(f"exit code {robot.returncode}:\n{text('robot')}")
+    alone = subprocess.run([sys.executable, "-B", client, port], stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+    if alone.returncode != 1 or not alone.stderr.startswith(f"no answer on port {port}"):
+        fail(f"without a robot: exit code {alone.returncode}: {alone.stderr}")
 
 
 {"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "fast_dds": fast_dds, "rust": rust, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
