@@ -1,5 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
-# PARTS 8
+# PARTS 12
 import json
 import os
 import pathlib

@@ -23,6 +23,7 @@
 
 #define COOKIE 0xdd5001u
 #define MAX_SEQUENCE 65536
+#define MAX_READER 64  // of a writer that are looked at
 
 typedef builtin_interfaces_msg_dds__Time_ Time;
 typedef std_msgs_msg_dds__Header_ Header;
@@ -651,6 +652,31 @@ int om__link_count(const Link* link, int id) {
     return n > 0 ? (int)n : 0;
 }
 
+// 0: not there any more.
+static uint64_t program_of(dds_builtintopic_endpoint_t* end) {
+    if (!end) return 0;
+    const uint64_t program = end->participant_instance_handle;
+    dds_builtintopic_free_endpoint(end);
+    return program;
+}
+
+uint64_t om__link_program(const Link* link, int id, uint64_t writer) {
+    return program_of(dds_get_matched_publication_data(link->end[id].entity, writer));
+}
+
+int om__link_add_programs(const Link* link, int id, int n, int max, uint64_t program[]) {
+    const dds_entity_t entity = link->end[id].entity;
+    dds_instance_handle_t reader[MAX_READER];
+    const dds_return_t found = dds_get_matched_subscriptions(entity, reader, MAX_READER);
+    for (int i = 0; i < found && i < MAX_READER; ++i) {
+        const uint64_t p = program_of(dds_get_matched_subscription_data(entity, reader[i]));
+        int k = 0;
+        while (k < n && program[k] != p) ++k;
+        if (p && k == n && n < max) program[n++] = p;
+    }
+    return n;
+}
+
 bool om__link_is_wanted(const Link* link, int id) {
     return link->end[id].channel >= 0 || om__link_count(link, id) > 0;
 }
@@ -708,6 +734,7 @@ bool om__link_take(Link* link, int id, LinkMessage* message) {
         if (info.valid_data) {
             memset(message, 0, sizeof *message);
             type_table[e->type].unpack(loan, message);
+            message->writer = info.publication_handle;
             is_there = !is_picture || keep_data(e, &message->picture);
         }
         dds_return_loan(e->entity, &loan, 1);

@@ -61,8 +61,9 @@ typedef struct LinkPicture {  // of an image or a cloud
 } LinkPicture;
 
 typedef struct LinkMessage {
-    double time;     // s, of the header; of a clock, of a tock
-    char frame[64];  // of the header
+    double time;      // s, of the header; of a clock, of a tock
+    char frame[64];   // of the header
+    uint64_t writer;  // of a taken message
     union {
         LinkJoints joints;
         OmPose pose;
@@ -117,6 +118,11 @@ bool om__link_is_wanted(const Link* link, int id);
 bool om__link_take(Link* link, int id, LinkMessage* message);
 // Readers of a writer, writers of a reader.
 int om__link_count(const Link* link, int id);
+// The program (participant) that a writer belongs to, which a message of this reader came from; 0: it is gone.
+uint64_t om__link_program(const Link* link, int id, uint64_t writer);
+// The programs that read a writer, to those of `program` (n of them, room for `max`) that are not there yet.
+// @return how many there are now
+int om__link_add_programs(const Link* link, int id, int n, int max, uint64_t program[]);
 // Until a reader has a message, at most so many seconds. @return false: none has
 bool om__link_wait(Link* link, double seconds);
 const char* om__link_name(const Link* link, int id);

@@ -82,6 +82,31 @@ static OmStatus obey_move_cp(Arm* arm, double time, const LinkMessage* m) {
     return om__arm_move_cp(arm, time, m->pose);
 }
 
+// The program that wrote a message, where it reads the arms, too; 0: it does not.
+static uint64_t find_supervisor(const OmDdsRobot* r, int id, const LinkMessage* m) {
+    const uint64_t program = om__link_program(r->link, id, m->writer);
+    for (int k = 0; k < r->nprogram; ++k)
+        if (r->program[k] == program) return program;
+    return 0;
+}
+
+static OmStatus take_moves(OmDdsRobot* r, Hand* hand) {
+    Arm* arm = &hand->core;
+    const double time = r->obs.time;
+    LinkMessage m;
+    const int topic[2] = {hand->move_jp, hand->move_cp};
+    for (int k = 0; k < 2; ++k) {
+        if (!take_last(r, topic[k], &m)) continue;
+        const OmStatus status =
+            k == 0 ? om__arm_move_jp(arm, time, &m.joints) : obey_move_cp(arm, time, &m);
+        if (status < 0)
+            OM_TRY(refuse(r, hand, topic[k]));
+        else
+            hand->program = find_supervisor(r, topic[k], &m);
+    }
+    return OM_OK;
+}
+
 // Forces of a jaw are not simulated: the first command of each direction says so.
 static OmStatus obey_jaw_effort(OmDdsRobot* r, Hand* hand, const LinkJoints* joints) {
     const double before = hand->core.jaw_goal;
@@ -104,10 +129,7 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
         OM_TRY(refuse(r, hand, hand->servo_jp));
     if (take_last(r, hand->servo_cp, &m) && obey_servo_cp(arm, time, &m) < 0)
         OM_TRY(refuse(r, hand, hand->servo_cp));
-    if (take_last(r, hand->move_jp, &m) && om__arm_move_jp(arm, time, &m.joints) < 0)
-        OM_TRY(refuse(r, hand, hand->move_jp));
-    if (take_last(r, hand->move_cp, &m) && obey_move_cp(arm, time, &m) < 0)
-        OM_TRY(refuse(r, hand, hand->move_cp));
+    OM_TRY(take_moves(r, hand));
     if (take_last(r, hand->hold, &m)) om__arm_hold(arm);
     if (take_last(r, hand->ratio, &m) && om__arm_set_ratio(arm, m.number) < 0)
         OM_TRY(refuse(r, hand, hand->ratio));
@@ -137,6 +159,7 @@ static OmStatus begin_udp_move(OmDdsRobot* r, Hand* hand, const UdpCommand* c,
     else
         OM_TRY(om__arm_move_jp(arm, r->obs.time, q));
     arm->patience = UDP_PATIENCE;
+    hand->program = 0;
     hand->mover = om__udp_sender(r->udp);
     return OM_OK;
 }

@@ -201,20 +201,38 @@ static OmStatus advance(OmDdsRobot* r, double dt) {
     return OM_OK;
 }
 
+// A program that has ordered a move, read the arms and is gone cannot stop it any more.
+static OmStatus stop_orphans(OmDdsRobot* r) {
+    for (int a = 0; a < r->narm; ++a) {
+        Hand* hand = &r->hand[a];
+        int k = 0;
+        while (k < r->nprogram && r->program[k] != hand->program) ++k;
+        if (hand->core.motion != ARM_MOVE || !hand->program || k < r->nprogram) continue;
+        OM_TRY(stop_hand(r, hand, "the client that ordered its move is gone"));
+    }
+    return OM_OK;
+}
+
 // ROS programs that speak another protocol than DDS hear nothing, without a word.
-static void watch_readers(OmDdsRobot* r) {
+static OmStatus watch_readers(OmDdsRobot* r) {
+    const int before = r->nprogram;
     int n = 0;
-    for (int a = 0; a < r->narm; ++a)
-        n += om__link_count(r->link, r->hand[a].measured_cp) +
-             om__link_count(r->link, r->hand[a].measured_js);
-    if (n > 0 && !r->has_readers) om__robot_say(r, "a client reads the arms");
-    if (n == 0 && r->has_readers) {
+    for (int a = 0; a < r->narm; ++a) {
+        const Hand* h = &r->hand[a];
+        n = om__link_add_programs(r->link, h->measured_cp, n, MAX_PROGRAM, r->program);
+        n = om__link_add_programs(r->link, h->measured_js, n, MAX_PROGRAM, r->program);
+    }
+    r->nprogram = n;
+    if (n == 0 && before > 0) {
         for (int a = 0; a < r->narm; ++a) om__arm_hold(&r->hand[a].core);
         om__robot_say(r, "no client reads the arms any more; they stop where they are");
     }
-    r->has_readers = n > 0;
+    if (n > 0 && before == 0) om__robot_say(r, "a client reads the arms");
+    if (n > before && before > 0) om__robot_say(r, "another client reads the arms: %d now", n);
+    if (n > 0 && n < before) om__robot_say(r, "a client is gone; %d still there", n);
+    OM_TRY(stop_orphans(r));
     if (n > 0) r->has_said_silent = true;
-    if (n > 0 || r->has_said_silent || om_clock_now() - r->begun < SILENCE) return;
+    if (n > 0 || r->has_said_silent || om_clock_now() - r->begun < SILENCE) return OM_OK;
     r->has_said_silent = true;
     om__robot_say(
         r,
@@ -222,6 +240,7 @@ static void watch_readers(OmDdsRobot* r) {
         "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp or rmw_fastrtps_cpp there, and the same "
         "ROS_DOMAIN_ID (here %d)",
         SILENCE, r->def.dds.domain);
+    return OM_OK;
 }
 
 static void wait_until(double time) {
@@ -256,7 +275,7 @@ static OmStatus tick_by_clock(OmDdsRobot* r, double end, const OmProgress* progr
             OM_TRY(look(r));
         }
         OM_TRY(om__robot_show(r));
-        watch_readers(r);
+        OM_TRY(watch_readers(r));
         next += dt;
         if (om_clock_now() - next > 0.1) next = om_clock_now();  // slower than time: no hurry after
     }
@@ -311,7 +330,7 @@ static OmStatus run_in_lock_step(OmDdsRobot* r, double end, const OmProgress* pr
         OM_TRY(om__robot_take_commands(r));
         OM_TRY(take_tick(r));
         OM_TRY(om__robot_show(r));
-        watch_readers(r);
+        OM_TRY(watch_readers(r));
         const double now = om_clock_now();
         if (before != r->report.ntick) last = now;
         if (now - last < BEAT) continue;

@@ -13,6 +13,8 @@
 
 #define WORLD "world"  // the frame of all poses but the local ones
 
+enum { MAX_PROGRAM = 32 };  // of which the robot keeps count
+
 // Topics of the whole system.
 enum { POWER_ON, POWER_OFF, HOME, NSYSTEM };
 
@@ -27,7 +29,8 @@ typedef struct Hand {  // an arm with its topics
     double last_q[OM_PSM_NJOINT];
     OmPose last_tip;
     bool has_last, was_busy;
-    int mover;  // om__udp_sender of the last move by UDP
+    int mover;         // om__udp_sender of the last move by UDP
+    uint64_t program;  // that ordered the last move, and read the arms; 0: none
 } Hand;
 
 typedef struct Eye {  // a camera with its topics
@@ -82,7 +85,9 @@ struct OmDdsRobot {
     // of the client in lock-step: its number, commands since its first tick
     uint32_t client, ntaken;
     LinkMessage tick;  // that waits for its commands
-    bool has_tick, has_readers, has_said_silent;
+    bool has_tick, has_said_silent;
+    uint64_t program[MAX_PROGRAM];  // that read the arms
+    int nprogram;
     double begun;   // s of the wall clock
     double render;  // s, all pictures
     OmDdsReport report;

@@ -864,7 +864,7 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         OM_TRY(take_all(w));
         missing = find_missing(w, text, sizeof text);
         const bool is_last = missing && strcmp(missing, NO_DEPTH) == 0;
-        since = is_last ? fmin(since, om_clock_now()) : INFINITY;
+        since = is_last ? fmin(since, om_clock_now()) : (double)INFINITY;
         if (w->depth.image < 0 && om_clock_now() > since + GRACE)
             OM_TRY(
                 om__link_add(w->link, LINK_IN, LINK_IMAGE, "depth/image_raw", 1, &w->depth.image));

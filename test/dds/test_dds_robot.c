@@ -227,6 +227,49 @@ static void reader_gone(void** unused) {
     end(&s);
 }
 
+// Of two clients that read the arms one orders a move and goes away: it stops. A move of a client that does not read
+// them, as `ros2 topic pub --once`, has no client that could stop it: it ends.
+static void mover_gone(void** unused) {
+    (void)unused;
+    Served s;
+    Link* link[2];
+    int id[2], move;
+    const OmDdsDef dds = make_dds();
+    begin(&s);
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(om__link_create(&dds, &link[k]));
+        assert_ok(om__link_add(link[k], LINK_IN, LINK_POSE, "PSM1/measured_cp", 1, &id[k]));
+    }
+    assert_ok(om__link_add(link[0], LINK_OUT, LINK_JOINTS, "PSM1/move_jp", 1, &move));
+    while (!om__link_count(link[0], id[0]) || !om__link_count(link[1], id[1]) ||
+           !om__link_count(link[0], move))
+        om__link_wait(link[0], 0.01);
+    order(&s, "home");
+    step(&s, DT);
+    LinkMessage m = {.joints = {.nposition = OM_PSM_NJOINT}};
+    memcpy(m.joints.position, last(&s, s.setpoint_js).joints.position, 6 * sizeof(double));
+    m.joints.position[0] += 0.5;
+    assert_ok(om__link_write(link[0], move, &m));
+    for (int i = 0; i < 5; ++i) step(&s, DT);
+    om__link_destroy(link[0]);
+    LinkMessage said = {0};
+    for (int i = 0; i < 200 && !om__link_take(s.link, s.warning, &said); ++i) {
+        step(&s, 1e-4);
+        poll(NULL, 0, 5);
+    }
+    assert_non_null(strstr(said.text, "the client that ordered its move is gone"));
+    step(&s, DT);
+    const double there = last(&s, s.setpoint_js).joints.position[0];
+    for (int i = 0; i < 5; ++i) step(&s, DT);
+    assert_near(last(&s, s.setpoint_js).joints.position[0], there, 0);
+    assert_below(0.01, m.joints.position[0] - there);  // rad: short of its goal
+    drive(&s, s.move_jp, m.joints.position);
+    for (int i = 0; i < 60; ++i) step(&s, DT);
+    assert_near(last(&s, s.setpoint_js).joints.position[0], m.joints.position[0], 1e-9);
+    om__link_destroy(link[1]);
+    end(&s);
+}
+
 static void tell(int fd, int port, const char* words) {
     const struct sockaddr_in at = {.sin_family = AF_INET,
                                    .sin_port = htons((uint16_t)port),
@@ -674,6 +717,7 @@ int main(void) {
         cmocka_unit_test(jaw_on_tissue), cmocka_unit_test(many_datagrams),
         cmocka_unit_test(tissue_behind), cmocka_unit_test(whole_system),
         cmocka_unit_test(effort),        cmocka_unit_test(speed),
-        cmocka_unit_test(stopped_disk),  cmocka_unit_test(short_wrist)};
+        cmocka_unit_test(stopped_disk),  cmocka_unit_test(short_wrist),
+        cmocka_unit_test(mover_gone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
