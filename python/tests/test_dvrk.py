@@ -1,5 +1,5 @@
 """The simulated dVRK from another implementation: PyPI's cyclonedds grasps and pulls; rosbags computes the types' hashes."""
-# PARTS 12
+# PARTS 13
 import json
 import os
 import pathlib
@@ -41,9 +41,9 @@ def robot(tmp_path):
         assert process.wait(10) == 0
 
 
-def client(*arguments):
+def client(*arguments, script="dvrk_grasp.py"):
     pytest.importorskip("cyclonedds")
-    script = ROOT / "python/examples/dvrk_grasp.py"
+    script = ROOT / "python/examples" / script
     return subprocess.Popen([sys.executable, "-B", script, str(DOMAIN), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -84,6 +84,15 @@ def test_a_client_that_is_killed_leaves_the_robot_well(robot):
     then = ask()
     assert then["setpoint_cp"] == there["setpoint_cp"] and then["measured_js"] == there["measured_js"]
     assert abs(then["measured_js"][3] - goal[3]) > 0.1  # rad
+
+
+def test_rules_of_crtk(robot):
+    """State before motion, frame, scale, rate and time-out, as another implementation of DDS sees them."""
+    process = client("PSM2", script="dvrk_probe.py")
+    text, why = process.communicate(timeout=60)
+    assert process.returncode == 0 and text.count("ok   ") == 6, text + why
+    assert float(re.search(r"every ([\d.]+) ms", text).group(1)) == pytest.approx(40, abs=0.1)  # --rate 25
+    assert 0.24 < float(re.search(r"stopped after ([\d.]+) rad", text).group(1)) < 0.5  # 1 rad/s for 0.25 s, and the ticks
 
 
 def test_a_client_says_why_its_move_is_refused(robot):
