@@ -78,6 +78,8 @@ typedef struct Endpoint {
     char name[120];
     LinkType type;
     bool is_reader;
+    unsigned flags;
+    int depth;
     dds_entity_t entity, topic;
     int channel;          // of the recording; -1: not recorded
     unsigned char* data;  // of the last picture taken
@@ -595,7 +597,9 @@ static dds_qos_t* make_qos(unsigned flags, LinkType type, int depth) {
     char text[120];
     dds_qos_t* qos = dds_create_qos();
     snprintf(text, sizeof text, "typehash=%s;", type_table[type].hash);
-    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+    dds_qset_reliability(
+        qos, flags & LINK_LOSSY ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
+        DDS_SECS(1));
     dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
     dds_qset_durability(qos, flags & LINK_LATCHED ? DDS_DURABILITY_TRANSIENT_LOCAL
                                                   : DDS_DURABILITY_VOLATILE);
@@ -605,27 +609,30 @@ static dds_qos_t* make_qos(unsigned flags, LinkType type, int depth) {
     return qos;
 }
 
+static OmStatus begin_endpoint(Link* link, Endpoint* e) {
+    dds_qos_t* qos = make_qos(e->flags, e->type, e->depth);
+    e->entity = e->is_reader ? dds_create_reader(link->participant, e->topic, qos, NULL)
+                             : dds_create_writer(link->participant, e->topic, qos, NULL);
+    dds_delete_qos(qos);
+    if (e->entity < 0) return fail(e->name, e->entity);
+    if (!e->is_reader) return OM_OK;
+    dds_set_status_mask(e->entity, DDS_DATA_AVAILABLE_STATUS);
+    const dds_return_t code = dds_waitset_attach(link->waitset, e->entity, e->entity);
+    return code < 0 ? fail(e->name, code) : OM_OK;
+}
+
 OmStatus om__link_add(Link* link, unsigned flags, LinkType type, const char* name, int depth,
                       int* id) {
     *id = -1;
     OM_GROW(link->end, link->nend, link->capacity, 32);
     Endpoint e = {.type = type, .is_reader = flags & LINK_IN, .channel = -1};
+    e.flags = flags, e.depth = depth;
     char topic[130];
     snprintf(e.name, sizeof e.name, "%s", name);
     snprintf(topic, sizeof topic, "rt/%s", name);
-    dds_qos_t* qos = make_qos(flags, type, depth);
     e.topic = dds_create_topic(link->participant, type_table[type].desc, topic, NULL, NULL);
-    if (e.topic >= 0)
-        e.entity = e.is_reader ? dds_create_reader(link->participant, e.topic, qos, NULL)
-                               : dds_create_writer(link->participant, e.topic, qos, NULL);
-    dds_delete_qos(qos);
     if (e.topic < 0) return fail(topic, e.topic);
-    if (e.entity < 0) return fail(topic, e.entity);
-    if (e.is_reader) {
-        dds_set_status_mask(e.entity, DDS_DATA_AVAILABLE_STATUS);
-        const dds_return_t code = dds_waitset_attach(link->waitset, e.entity, e.entity);
-        if (code < 0) return fail(topic, code);
-    }
+    OM_TRY(begin_endpoint(link, &e));
     const bool is_picture = type == LINK_IMAGE || type == LINK_CLOUD;
     if (link->tape && !e.is_reader && (link->records_pictures || !is_picture)) {
         const McapTopic of = {name, type, depth, flags & LINK_LATCHED, type_table[type].hash};
@@ -640,6 +647,18 @@ void om__link_record(Link* link, Tape* tape, bool has_pictures) {
     link->tape = tape;
     link->records_pictures = has_pictures;
     for (int i = 0; i < link->nend && !tape; ++i) link->end[i].channel = -1;
+}
+
+OmStatus om__link_relax(Link* link, int id) {
+    Endpoint* e = &link->end[id];
+    dds_requested_incompatible_qos_status_t status;
+    if (e->flags & LINK_LOSSY || om__link_count(link, id) > 0) return OM_OK;
+    if (dds_get_requested_incompatible_qos_status(e->entity, &status) < 0) return OM_OK;
+    if (status.total_count == 0 || status.last_policy_id != DDS_RELIABILITY_QOS_POLICY_ID)
+        return OM_OK;
+    dds_delete(e->entity);
+    e->flags |= LINK_LOSSY;
+    return begin_endpoint(link, e);
 }
 
 const char* om__link_name(const Link* link, int id) { return link->end[id].name; }

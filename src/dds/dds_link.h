@@ -101,7 +101,8 @@ typedef struct Link Link;
 typedef struct Mcap Mcap;  // dds_mcap.h
 typedef struct Tape Tape;  // dds_tape.h
 
-enum { LINK_OUT = 0, LINK_IN = 1, LINK_LATCHED = 2 };  // flags of om__link_add
+// Flags of om__link_add. LINK_LOSSY: best effort, as many cameras send; a reader that is not lossy does not hear them.
+enum { LINK_OUT = 0, LINK_IN = 1, LINK_LATCHED = 2, LINK_LOSSY = 4 };
 
 OmStatus om__link_create(const OmDdsDef* def, Link** link);
 void om__link_destroy(Link* link);
@@ -123,6 +124,8 @@ uint64_t om__link_program(const Link* link, int id, uint64_t writer);
 // The programs that read a writer, to those of `program` (n of them, room for `max`) that are not there yet.
 // @return how many there are now
 int om__link_add_programs(const Link* link, int id, int n, int max, uint64_t program[]);
+// Make a reader lossy where all that it hears of its topic are writers that are.
+OmStatus om__link_relax(Link* link, int id);
 // Until a reader has a message, at most so many seconds. @return false: none has
 bool om__link_wait(Link* link, double seconds);
 const char* om__link_name(const Link* link, int id);

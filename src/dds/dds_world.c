@@ -853,6 +853,15 @@ static const char* find_missing(const DdsWorld* w, char* text, size_t size) {
     return has_image || om__link_count(w->link, s->data) > 0 ? NULL : NO_DEPTH;
 }
 
+// Cameras often send without reliability.
+static OmStatus relax(DdsWorld* w) {
+    const int topic[] = {w->endoscope.info, w->endoscope.data, w->depth.info, w->depth.data,
+                         w->depth.image};
+    for (size_t k = 0; k < sizeof topic / sizeof *topic; ++k)
+        if (topic[k] >= 0) OM_TRY(om__link_relax(w->link, topic[k]));
+    return OM_OK;
+}
+
 static OmStatus wait_for_robot(DdsWorld* w) {
     char text[120];
     const char* missing = "";
@@ -862,6 +871,7 @@ static OmStatus wait_for_robot(DdsWorld* w) {
         OM_TRY(om_stop_poll());
         om__link_wait(w->link, 0.02);
         OM_TRY(take_all(w));
+        OM_TRY(relax(w));
         missing = find_missing(w, text, sizeof text);
         const bool is_last = missing && strcmp(missing, NO_DEPTH) == 0;
         since = is_last ? fmin(since, om_clock_now()) : (double)INFINITY;

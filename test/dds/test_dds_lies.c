@@ -25,8 +25,9 @@ typedef enum Lie {
     FAULT,     // an arm is not enabled
     LATE,      // pictures are 0.3 s on their way: no lie
     OLD,       // pictures are 30 s old
+    MIXED,     // each pose is followed by one of 50 ms before, which is 60 mm away: no lie
     IMAGE,     // no points, but a depth image in m: no lie
-    IMAGE_MM,  // the same in mm
+    IMAGE_MM,  // the same in mm, sent without reliability
     IMAGE_8,   // the same of 8 bits: of what?
     PERSON     // no lie: a person presses Ctrl-C
 } Lie;
@@ -78,6 +79,12 @@ static void send_arm(Robot* r, Arm* arm, double time, double stamp) {
     if (lie == NAN_TURN && is_first) m.pose.q.x = NAN;
     if (lie == TURNS && is_first) m.pose.q = (OmQuat){.x = 1};
     om__link_write(r->link, arm->cp, &m);
+    if (lie == MIXED) {
+        m.time -= 5 * PERIOD;
+        m.pose.p.x += 0.06;
+        om__link_write(r->link, arm->cp, &m);
+        m.time = time;
+    }
     m.pose = arm->tip;
     if (r->lie == APART) m.pose.p.x += 0.045;
     om__link_write(r->link, arm->setpoint, &m);
@@ -193,11 +200,12 @@ static void begin(Robot* r, Lie lie) {
     }
     tf.tf.frame[2] = (LinkFrame){.parent = "world", .child = "camera", .pose = om_pose_identity()};
     add(r, "", "tf_static", LINK_OUT | LINK_LATCHED, LINK_TF, &r->tf);
-    add(r, "", "depth/camera_info", LINK_OUT, LINK_INFO, &r->depth_info);
-    add(r, "", "endoscope/camera_info", LINK_OUT, LINK_INFO, &r->info);
+    const unsigned pictures = lie == IMAGE_MM ? LINK_OUT | LINK_LOSSY : LINK_OUT;
+    add(r, "", "depth/camera_info", pictures, LINK_INFO, &r->depth_info);
+    add(r, "", "endoscope/camera_info", pictures, LINK_INFO, &r->info);
     const bool is_image = lie == IMAGE || lie == IMAGE_MM || lie == IMAGE_8;
     r->image = -1;
-    if (is_image) add(r, "", "depth/image_raw", LINK_OUT, LINK_IMAGE, &r->image);
+    if (is_image) add(r, "", "depth/image_raw", pictures, LINK_IMAGE, &r->image);
     if (!is_image) add(r, "", "depth/points", LINK_OUT, LINK_CLOUD, &r->cloud);
     assert_ok(om__link_write(r->link, r->tf, &tf));
     assert_ok(om_job_start(be_robot, r, &r->job));
@@ -284,6 +292,17 @@ static void old_messages_are_none(void** unused) {
     expect(SILENT, true, OM_IO, "measured_cp: nothing for", 0);
 }
 
+// Poses that come out of order: the newest counts.
+static void order_of_messages(void** unused) {
+    (void)unused;
+    Robot r;
+    int nservo;
+    begin(&r, MIXED);
+    assert_ok(drive(&r, true, &nservo));
+    assert_int_equal(nservo, 10);
+    end(&r);
+}
+
 // A picture that was taken since the arms have held for it is new, however late it comes.
 static void pictures_are_new(void** unused) {
     (void)unused;
@@ -349,6 +368,7 @@ int main(void) {
         cmocka_unit_test(an_honest_robot),
         cmocka_unit_test(lies_stop_the_arms),
         cmocka_unit_test(old_messages_are_none),
+        cmocka_unit_test(order_of_messages),
         cmocka_unit_test(pictures_are_new),
         cmocka_unit_test(a_depth_image),
         cmocka_unit_test(a_person_stops_the_arms),
