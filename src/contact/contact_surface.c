@@ -319,9 +319,9 @@ OmStatus om_contact_surface_make(const OmTetMesh* mesh, int ntri, OmSurface* sur
     OM_TRY_DONE(shell_init(&s, &boundary, 3 * ntri + 8));
     int sign = boundary.ntri > ntri ? 1 : -1;
     OM_TRY_DONE(push_all(&s, sign));
-    while (s.nheap > 0 && (sign > 0 ? s.nalive > ntri : s.nalive < ntri)) {
+    for (int64_t i = 0; s.nheap > 0 && (sign > 0 ? s.nalive > ntri : s.nalive < ntri); ++i) {
         Edge e = pop_edge(&s);
-        if (s.nheap % 64 == 0) OM_TRY_DONE(om_stop_poll());
+        if (i % 64 == 0) OM_TRY_DONE(om_stop_poll());
         if (e.stamp != s.stamp[e.a] + s.stamp[e.b]) continue;
         OM_TRY_DONE(sign > 0 ? collapse(&s, e.a, e.b) : split(&s, e.a, e.b));
     }

@@ -291,6 +291,7 @@ static OmStatus find_gaps(const OmSurface* solid, double far, OmPatient* patient
     OmSurfaceTree *of_solid = NULL, *of_mesh = NULL;
     int *vert = NULL, nmissed = 0;
     OM_TRY_DONE(om_tet_mesh_boundary(&patient->mesh, &boundary, &vert));
+    OM_TRY_DONE(om_stop_poll());
     OM_TRY_DONE(om_surface_tree_create(solid, &of_solid));
     OM_TRY_DONE(om_surface_tree_create(&boundary, &of_mesh));
     OM_CALLOC_DONE(patient->gap, (size_t)patient->mesh.nvert);

@@ -5,7 +5,7 @@
 #include "omentum/sense.h"
 
 #define PACKET 8  // rays cast together
-#define ROWS 8    // of pixels a block
+#define ROWS 8    // of pixels a block, at most
 
 typedef struct Object {
     OmSurface surface;  // current positions

@@ -8,7 +8,8 @@
 
 #define LIGHT_RIGHT -0.012  // m, position of the light that casts shadows, from the camera
 #define LIGHT_UP 0.035
-#define VIGNETTE 0.45f  // fraction of light missing in the corners
+#define VIGNETTE 0.45f           // fraction of light missing in the corners
+#define RAYS_OF_BLOCK (1 << 14)  // of the camera, about
 
 OmSenseOptions om_sense_options_default(void) {
     return (OmSenseOptions){.samples = 1, .has_shadow = true};
@@ -85,6 +86,12 @@ static void render_rows(void* ctx, int begin, int end, int block) {
     for (int row = begin; row < end; ++row) render_row(ctx, row);
 }
 
+// So few that a block of a large picture takes milliseconds: Ctrl-C waits for the blocks that run.
+static int rows_of_block(int width, int samples) {
+    const int64_t rows = RAYS_OF_BLOCK / ((int64_t)width * samples * samples);
+    return rows >= ROWS ? ROWS : rows > 1 ? (int)rows : 1;
+}
+
 static Shading make_shading(const OmSenseScene* scene, const OmCamera* camera) {
     OmPose pose = camera->pose_world_camera;
     OmVec3 light = om_pose_apply(pose, om_vec3(LIGHT_RIGHT, -LIGHT_UP, 0));
@@ -119,5 +126,6 @@ OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                 .options = *options,
                 .window = window,
                 .picture = picture};
-    return om_parallel_for_stop(options->nworker, window.height, ROWS, render_rows, &r);
+    return om_parallel_for_stop(options->nworker, window.height,
+                                rows_of_block(window.width, options->samples), render_rows, &r);
 }

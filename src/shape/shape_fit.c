@@ -309,6 +309,7 @@ static OmStatus find_places(const OmMask* mask, const OmTetMesh* mesh, const OmS
     Flood f = {&mask->grid, NULL, NULL, tree, fabs(om_mat3_det(mask->grid.axis))};
     OM_ALLOC_DONE(f.kind, n);
     OM_TRY_DONE(om_mask_from_tets(mesh, &mask->grid, f.kind));
+    OM_TRY_DONE(om_stop_poll());
     for (size_t i = 0; i < n; i++) {
         f.kind[i] = f.kind[i] == mask->inside[i] ? SAME : f.kind[i] ? ADDED : MISSING;
         ndiffer += f.kind[i] != SAME;
@@ -316,6 +317,7 @@ static OmStatus find_places(const OmMask* mask, const OmTetMesh* mesh, const OmS
     OM_ALLOC_DONE(f.stack, ndiffer);
     for (size_t i = 0; i < n; i++) {
         if (f.kind[i] != MISSING && f.kind[i] != ADDED) continue;
+        OM_TRY_DONE(om_stop_poll());
         const OmShapeLoss place = flood_place(&f, i, tolerance, &ndeep);
         if (place.depth <= tolerance) continue;
         add_place(fit, &place);
@@ -354,6 +356,7 @@ OmStatus om_shape_fit_measure(const OmMask* mask, const OmSurface* solid, const 
     OM_TRY_DONE(om_tet_mesh_boundary(mesh, &boundary, NULL));
     OM_TRY_DONE(om_surface_topology(solid, &fit->solid));
     OM_TRY_DONE(om_surface_topology(&boundary, &fit->mesh));
+    OM_TRY_DONE(om_stop_poll());
     OM_TRY_DONE(om_surface_tree_create(&boundary, &of_mesh));
     OM_TRY_DONE(om_surface_tree_create(solid, &of_solid));
     OM_TRY_DONE(measure_gap(solid, of_mesh, nworker, &fit->to_mesh));

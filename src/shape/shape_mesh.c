@@ -8,6 +8,8 @@
 #include <limits.h>
 #include <string.h>
 
+#define POLL 65536  // faces between two polls for a request to stop
+
 const int om__face_corner[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
 const int om__face_opposite[4] = {3, 2, 0, 1};
 
@@ -274,6 +276,7 @@ OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor) {
     memcpy(end, begin, (size_t)mesh->nvert * sizeof *end);
     for (int f = 0; f < nface; f++) {
         int v[3], partner = -1;
+        if (f % POLL == 0) OM_TRY_DONE(om_stop_poll());
         face_of(mesh, f, v);
         sort_three(v);
         const uint64_t mine = (uint64_t)v[1] << 32 | (uint64_t)v[2];

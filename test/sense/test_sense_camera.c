@@ -1,4 +1,6 @@
 // Cameras against geometry: projections, depth of planes and spheres, half-hidden discs, noise.
+#include <time.h>
+
 #include "sense_shapes.h"
 
 static void projection_and_rays_agree(void** state) {
@@ -208,6 +210,49 @@ static void pictures_do_not_depend_on_workers(void** state) {
     om_sense_scene_destroy(scene);
 }
 
+typedef struct Asks {
+    clock_t last;    // when om_stop_poll asked
+    double longest;  // s, of processor time from one question to the next
+} Asks;
+
+static bool note_ask(void* ctx) {
+    Asks* a = ctx;
+    const clock_t now = clock();
+    a->longest = fmax(a->longest, (double)(now - a->last) / CLOCKS_PER_SEC);
+    a->last = now;
+    return false;
+}
+
+// A row of 131 thousand rays takes milliseconds: a request to stop is noticed after one row or the period,
+// not after the eight rows of a block of a small picture.
+static void a_large_picture_can_be_stopped(void** state) {
+    (void)state;
+    enum { SIDE = 8192, NROW = 16 };
+    OmSenseScene* scene;
+    int id;
+    assert_ok(om_sense_scene_create(&scene));
+    OmSurface square = make_square(-1, 1, 1, 0);
+    assert_ok(om_sense_scene_add(scene, &square, &grey, &id));
+    assert_ok(om_sense_scene_commit(scene));
+    OmCamera c = look_down(SIDE, SIDE);
+    OmPicture picture;
+    assert_ok(om_picture_init(&picture, SIDE, NROW, 3));
+    OmSenseOptions options = om_sense_options_default();
+    options.samples = 4;
+    options.nworker = 1;
+    options.window = (OmWindow){0, SIDE / 2, SIDE, NROW};
+    const clock_t start = clock();
+    Asks asks = {.last = start};
+    om_stop_set(note_ask, &asks);
+    assert_ok(om_sense_render(scene, &c, &options, &picture));
+    om_stop_set(NULL, NULL);
+    const double row = (double)(clock() - start) / CLOCKS_PER_SEC / NROW;
+    assert_below(asks.longest, OM_STOP_PERIOD + 3 * row);
+    om_picture_done(&picture);
+    om_surface_done(&square);
+    om_sense_scene_destroy(scene);
+}
+
 static void bad_surfaces_are_refused(void** state) {
     (void)state;
     OmSenseScene* scene;
@@ -256,6 +301,7 @@ int main(void) {
         cmocka_unit_test(every_point_counts),
         cmocka_unit_test(noise_has_the_stated_spread),
         cmocka_unit_test(pictures_do_not_depend_on_workers),
+        cmocka_unit_test(a_large_picture_can_be_stopped),
         cmocka_unit_test(bad_surfaces_are_refused),
         cmocka_unit_test(clouds_lie_on_the_surface),
     };
