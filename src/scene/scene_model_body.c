@@ -620,6 +620,10 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
             return om_error_prefix(status, "%s: the largest of %d parts has %.3g mL", def->input,
                                    report->npart_mask, report->part_volume[0] * 1e6);
         }
+        if (status == OM_INVALID) {
+            return om_error_prefix(status, "%s: the body is %.3g mm long and an edge %.3g mm",
+                                   def->input, mask_length(&body->mask) * 1e3, def->edge * 1e3);
+        }
         if (status < 0) return om_error_prefix(status, "%s", def->input);
         report->surface_error_voxel = face_distance(body);
     } else if (is_one_of(ext, mesh_ext)) {

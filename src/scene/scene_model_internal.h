@@ -72,6 +72,9 @@ OmStatus om__boundary_area(const OmTetMesh* mesh, double* area);  // m^2
 #define OM__TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
 #define OM__FIELD_ROUNDS 8    // of volume correction, as of a distance field
 
+// Refuse lengths of the sheet that cannot be, before the organ is meshed with a margin for it.
+OmStatus om__sheet_check(const OmModelDef* def, OmModelReport* report);
+
 // Build the sheet over the organ, its sets, and the region of interest, into `patient`.
 OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,
                          OmPatient* patient, OmModelReport* report);

@@ -591,6 +591,11 @@ static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport*
     } else if (scan.nrow == 1 && scan.row[0].value < 0) {
         status = om_error(OM_INVALID, "%s holds one label, %.0f: choose it with --label %.0f",
                           def->input, scan.row[0].stored, scan.row[0].stored);
+    } else if (scan.nrow == 0) {
+        status = om_error(OM_INVALID,
+                          "%s holds no label, every voxel is 0: are its segments filled, and were "
+                          "they exported with it?",
+                          def->input);
     } else if (scan.nrow == 1) {
         body->label[body->nlabel++] = scan.row[0].value;
         int s = find_segment(c->info, c->info->has_layers ? def->volume : 0, scan.row[0].value);

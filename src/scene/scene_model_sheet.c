@@ -354,7 +354,7 @@ static OmStatus mesh_sheet(Sheet* sheet, const OmSdf* organ, const OmProgress* p
     return status;
 }
 
-static OmStatus check_sheet(const OmModelDef* def, OmModelReport* report) {
+OmStatus om__sheet_check(const OmModelDef* def, OmModelReport* report) {
     const OmSheetDef* s = &def->sheet;
     OM_CHECK(s->thickness > 0 && s->thickness < 0.2, OM_INVALID,
              "sheet thickness: %g mm is outside 0 to 200 mm", s->thickness * 1e3);
@@ -383,7 +383,6 @@ OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProg
     OmSdf base = {0}, organ = {0};
     Sheet sheet = {.base = &base};
     OmVec3 center = sheet.n, normal = sheet.n;
-    OM_TRY(check_sheet(def, report));
     OM_TRY(sheet_frame(def, body, &sheet));
     OM_TRY_DONE(om_progress_report(progress, "tumour", 0, 1));
     OM_TRY_DONE(close_sdf(&body->sdf, def->sheet.bridge, &base));

@@ -137,6 +137,37 @@ static void test_bad_input_is_named(void** unused) {
     om_volume_done(&v);
 }
 
+// Numbers in the wrong unit, options that nothing uses, and an empty map: the message has the numbers or the remedy.
+static void test_slips_are_named(void** unused) {
+    (void)unused;
+    OmVolume v;
+    OmPatient p;
+    ellipsoid_volume(&v);
+    OmModelDef def = sheet_def();
+    def.sheet.thickness = 8;  // mm
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "sheet thickness: 8000 mm"));
+    def = sheet_def();
+    def.sheet.thickness = 0;
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "belong to a sheet"));
+    def.sheet.nattach = 0;
+    def.over.nattach = 1;
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "belong to a sheet"));
+    def = om_model_default_def("ellipsoid", 0.0045);
+    def.label[def.nlabel++] = 7;
+    v.grid.axis = om_mat3_scale(1e-3, v.grid.axis);
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    // 32 voxels of 2.5 um lie inside of the longest semi-axis, 40 mm
+    assert_non_null(strstr(om_error_message(), "0.08 mm long and an edge 4.5 mm"));
+    memset(v.voxel, 0, om_volume_count(&v) * sizeof(float));
+    def = om_model_default_def("ellipsoid", 0.0045);
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "every voxel is 0"));
+    om_volume_done(&v);
+}
+
 // Two halves of a box: elements get the label of their side, and each label needs a material.
 static void test_labels_become_materials(void** unused) {
     (void)unused;
@@ -252,6 +283,7 @@ int main(void) {
         cmocka_unit_test(test_cancel_leaves_nothing),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
         cmocka_unit_test(test_bad_input_is_named),
+        cmocka_unit_test(test_slips_are_named),
         cmocka_unit_test(test_directions),
         cmocka_unit_test(test_labels_become_materials),
         cmocka_slow_test(test_again),
