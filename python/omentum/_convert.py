@@ -6,6 +6,7 @@ import difflib
 import functools
 import importlib
 import inspect
+import pathlib
 import re
 import sys
 from enum import IntEnum
@@ -80,14 +81,17 @@ class Struct(ctypes.Structure):
                 raise AttributeError(unknown(type(self).__name__, "field", name, words))
             if isinstance(value, dict) and isinstance(inner := getattr(self, name, None), Struct):
                 inner.assign(value)
-            else:
+                continue
+            try:
                 setattr(self, name, value)
+            except TypeError as error:  # of ctypes, which does not name the field
+                raise TypeError(f"{name}={value!r}: {error}") from None
 
 
 def unknown(owner: str, what: str, name: str, names: Any) -> str:
     """The sentence about a name that does not exist: with the nearest one, or where none is near with those there are."""
     names = list(dict.fromkeys(names))
-    near = difflib.get_close_matches(name, names, 1, 0.5)
+    near = difflib.get_close_matches(name, names, 1, 0.55)  # "layot" is no "law"
     return f"{owner} has no {what} '{name}'; " + (f"did you mean '{near[0]}'?" if near else f"it has {', '.join(names)}")
 
 
@@ -163,9 +167,13 @@ def _view_property(field: Any, name: str, dtype: Any, shape: tuple[int, ...], is
         return array.T if is_turned else array
 
     def put(self: Any, value: Any) -> None:
-        array = np.asarray(value, dtype=dtype)
+        try:
+            array = np.asarray(value, dtype=dtype)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{name}={value!r}: {error}") from None
         if array.shape != shape:
-            raise ValueError(f"{type(self).__name__}.{name} has shape {shape}, not {array.shape}")
+            wanted = "three numbers (x, y, z) are needed" if shape == (3,) else f"shape {shape} is needed"
+            raise ValueError(f"{type(self).__name__}.{name}={value!r}: {wanted}")
         get(self)[...] = array
 
     return property(get, put)
@@ -239,12 +247,15 @@ def array_of(value: Any, dtype: Any, shape: tuple[int | None, ...], name: str) -
     return array
 
 
-def index_array(value: Any, name: str) -> np.ndarray:
-    """Vertex numbers: integers as they are, a mask of booleans as the places where it is true."""
+def index_array(value: Any, name: str, nvert: int | None = None) -> np.ndarray:
+    """Vertex numbers: integers as they are, a mask of booleans, one for each of the `nvert` vertices, as the places where it is true."""
     array = np.atleast_1d(np.asarray(value))
     if array.size == 0:
         return np.zeros(0, dtype=np.int32)
     if array.dtype == np.bool_:
+        if nvert is not None and array.shape != (nvert,):
+            raise ValueError(f"{name}: a mask of {array.size} for {nvert} vertices: make it of the body's own `x`; quadratic elements have "
+                             "more vertices than the mesh that was given")
         array = np.flatnonzero(array)
     if not np.issubdtype(array.dtype, np.integer) or array.ndim != 1:
         raise ValueError(f"{name} is a list of vertex numbers, or a mask of booleans")
@@ -255,6 +266,7 @@ _UNITS = {
     "length": ("m", {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}),
     "stress": ("Pa", {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}),
     "density": ("kg/m^3", {"kg/m^3": 1.0, "g/cm^3": 1e3}),
+    "time": ("s", {"s": 1.0, "ms": 1e-3}),
 }
 
 
@@ -280,7 +292,9 @@ _MOST = 0.1  # m: sides of voxels and edges, radii of tools; a larger one was me
 def length(value: Any, name: str, most: float = _MOST) -> Any:
     """A length as of quantity(); one above `most` m is refused, with the same in metres."""
     value = quantity(value, "length", name)
-    if np.ndim(value) == 0 and value > most:
+    if not isinstance(value, (int, float, np.integer, np.floating)):
+        raise TypeError(f'{name}={value!r}: a number in m, or words such as "8 mm", is needed')
+    if value > most:
         raise ValueError(f'{name}: {value:g} m is more than {most:g} m; lengths are in metres, {value:g} mm is {1e-3 * value:g} or "{value:g} mm"')
     return value
 
@@ -291,3 +305,42 @@ def meters_per(unit: str) -> float:
     if unit not in factors:
         raise ValueError(f'unit="{unit}": one of {", ".join(factors)}')
     return factors[unit]
+
+
+_LENGTHS = ("thickness", "bridge", "gap", "half_length", "half_width", "corner", "wrap", "tumour_radius", "tumour_height", "reach")
+
+
+def with_lengths(values: Any, name: str) -> dict[str, Any]:
+    """The fields of a sheet, or of tissue over an organ, with lengths in words as numbers: {"thickness": "8 mm"}."""
+    if not isinstance(values, dict):
+        raise TypeError(f'{name}={values!r}: a dictionary is needed, such as sheet={{"thickness": "8 mm", "side": "lateral"}}')
+    return {k: quantity(v, "length", f"{name}: {k}") if k in _LENGTHS else v for k, v in values.items()}
+
+
+# Options of the program in messages of the library, and what they are called here.
+_OPTIONS = [(re.compile(pattern), words) for pattern, words in (
+    (r"--label NAME or N|--label N or NAME", 'label="NAME" or label=N'), (r"--label all", "all_labels=True"), (r"--label (-?\d+|N)", r"label=\1"),
+    (r"--window LO,HI", "has_window=True, window_lo=LO, window_hi=HI"), (r"--threshold ([\d.]+)", r"threshold=\1"),
+    (r"\(--volume N\)", "(entry=N of Volume.load, volume=N of build_patient)"), (r"--volume N", "entry=N"),
+    (r"--list shows the labels|--list shows them", "Volume.load(path).labels() lists them"), (r"--unit ([a-z]+)", r'unit="\1"'), (r"--unit\b", 'unit="mm"'),
+    (r"--space\b", 'space="LPS"'), (r"--all-parts or --part N keeps", "keep_all=True keeps"), (r"--keep-holes leaves", "keep_holes=True leaves"),
+    (r"--keep-cracks\b", "keep_cracks=True"), (r"\(--max-volume,", "(max_bytes of Volume.load, max_volume_size of build_patient,"))]
+_MISSING = re.compile(r"(.+?): (?:cannot open: No such file or directory|no such file)$")
+
+
+def python_words(text: str) -> str:
+    """A message of the library in the words of this package: arguments in place of the program's options, and for a file that is missing
+    the nearest one of its folder."""
+    for pattern, words in _OPTIONS:
+        text = pattern.sub(words, text)
+    found = _MISSING.match(text)
+    if not found:
+        return text
+    path = pathlib.Path(found[1])
+    if not path.parent.is_dir():
+        return f"{text}; there is no folder {path.parent.absolute()}"
+    try:
+        near = difflib.get_close_matches(path.name, [p.name for p in path.parent.iterdir()], 1, 0.6)
+    except OSError:
+        near = []
+    return f'{text}; did you mean "{near[0]}"?' if near else f"{text} in {path.parent.absolute()}"

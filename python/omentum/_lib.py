@@ -24,7 +24,7 @@ from typing import Any, Callable
 import numpy as np
 
 from . import _capi as c
-from ._convert import functions_of
+from ._convert import functions_of, python_words
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILT = pathlib.Path(c.__file__).resolve().parent  # what the build made: HERE, but for an editable install
@@ -166,7 +166,7 @@ def listen_to_interrupts(is_on: bool = True) -> None:
 
 def make_error(status: int) -> Error:
     text = lib.om_error_message().decode("utf-8", "replace") or lib.om_status_text(status).decode()
-    return _KINDS[c.OmStatus(status)](text)
+    return _KINDS[c.OmStatus(status)](python_words(text))
 
 
 def forget_message() -> None:
@@ -565,3 +565,10 @@ def arm_of(arm: int) -> int:
 
 def path_of(path: Any) -> bytes:
     return os.fsencode(path)
+
+
+def refuse_volume(path: Any, wanted: str) -> None:
+    """Raise where the path of a volume was given for another kind of file."""
+    name = os.fsdecode(path)
+    if name.lower().endswith((".nii", ".nii.gz", ".hdr", ".img", ".nrrd", ".nhdr")):
+        raise Invalid(f'{name} is a volume, not {wanted}: build_patient("{name}", edge="6 mm") makes a patient model of its labels')

@@ -12,8 +12,8 @@ import numpy as np
 
 from . import _capi as c
 from . import plot as _plot
-from ._convert import length, need
-from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of
+from ._convert import length, meters_per, need, python_words, with_lengths
+from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of, refuse_volume, warn_user
 from .mesh import Surface, TetMesh
 from .volume import Volume, without_dicom
 
@@ -48,6 +48,7 @@ class Patient:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Patient:
         """Read the folder of a patient model, or its patient.yaml."""
+        refuse_volume(path, "a patient model")
         place = pathlib.Path(path)
         raw = c.OmPatient()
         lib.om_patient_load(path_of(place / "patient.yaml" if place.is_dir() else place), ctypes.byref(raw))
@@ -115,7 +116,7 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
     """Build a patient model from a label map or a file.
 
     source: a Volume, or an array (nx, ny, nz) with `spacing` or `affine`, and `unit`, as of Volume; or a file: NIfTI, NRRD, a
-    volume mesh, a closed surface; a DICOM series, where dcm2niix is installed.
+    volume mesh, a closed surface (`unit` where the file states none); a DICOM series, where dcm2niix is installed.
     edge: mean edge of the mesh, m, or words: "8 mm".
     label: labels that are meshed together, by number or by the name in the file; None: the one label above 0.
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
@@ -124,26 +125,37 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
     options: other fields of OmModelDef, such as keep_all, close_radius, smooth, threshold (0.5 for a label map that was
     interpolated); has_bending_test=False saves 0.5 to 1 s.
     """
-    places = {k: options.pop(k) for k in ("spacing", "affine", "unit") if k in options}
-    if not isinstance(source, (Volume, str, bytes, os.PathLike)):
+    is_file = isinstance(source, (str, bytes, os.PathLike))
+    if is_file and "unit" in options:  # of a surface or a mesh that states none
+        options["unit"] = meters_per(options["unit"])
+    places = {k: options.pop(k) for k in ("spacing", "affine", *([] if is_file else ["unit"])) if k in options}
+    if not isinstance(source, Volume) and not is_file:
         if not places:
             raise TypeError('an array needs the sides of its voxels: spacing=(0.7, 0.7, 1), unit="mm", or affine=image.affine, unit="mm"')
         source = Volume(source, **places)
     elif places:
         raise TypeError(f"{', '.join(places)}: for an array only; a Volume or a file has its own")
-    path = b"" if isinstance(source, Volume) else path_of(source)
+    if attach is not None and not sheet and not over:
+        raise ValueError('attach: belongs to a sheet of fat, sheet={"thickness": "8 mm", "side": "lateral"}, or to labelled tissue over an organ, '
+                         'over={"label": 2, "roi": 3}; an organ alone is held in the simulation: tissue = Tissue(patient), '
+                         "tissue.set_attachment(tissue.x[:, 2] < tissue.x[:, 2].min() + 0.005)")
+    path = b"the volume" if isinstance(source, Volume) else path_of(source)
     definition = lib.om_model_default_def(path, length(edge, "edge"))
     if name is not None or isinstance(source, Volume):
         definition.name = name or "volume"
-    for item in [] if label is None else [label] if isinstance(label, (str, int, np.integer)) else label:
+    for item in [] if label is None else [label] if isinstance(label, str) or np.ndim(label) == 0 else label:  # type: ignore[union-attr]
+        if isinstance(item, (float, np.floating)) and item == round(item):  # of a map of floats
+            item = int(item)
+        if not isinstance(item, (int, np.integer, str)):
+            raise TypeError(f"label={item!r}: a whole number, or a name of the file, or a list of these")
         if isinstance(item, str) or abs(item) >= 2**31:  # larger numbers are given as names
             definition.label_name[definition.nlabel_name].value = str(item).encode()
             definition.nlabel_name += 1
         else:
             definition.label[definition.nlabel] = item
             definition.nlabel += 1
-    definition.sheet.assign(sheet or {})
-    below = dict(over or {})
+    definition.sheet.assign(with_lengths(sheet or {}, "sheet"))
+    below = with_lengths(over or {}, "over")
     for item in np.atleast_1d(below.pop("label", [])):
         definition.over.label[definition.over.nlabel] = item
         definition.over.nlabel += 1
@@ -163,4 +175,6 @@ def build_patient(source: Volume | Any | str | os.PathLike[str], edge: float | s
                 definition.input = file.decode()
         listener = stack.enter_context(Progress(progress))
         lib.om_model_build_volume(ctypes.byref(definition), volume, listener.pointer, ctypes.byref(raw), ctypes.byref(report))
+    if report.warning:
+        warn_user(python_words(report.warning))
     return Patient(handle, report)

@@ -57,16 +57,20 @@ class RetractResult:
 
 def retract(scene: Scene | str | os.PathLike[str], out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
             preplan: Preplan | None = None, supervise: Callable[[Loop], Any] | None = None,
-            progress: bool | ProgressFunction | None = None, **settings: Any) -> RetractResult:
+            progress: bool | ProgressFunction | None = None, layout: int | None = None, **settings: Any) -> RetractResult:
     """Run the retraction of a scene to its end: sense, plan, act, watch the force; monitor and learn, if the scene says so.
 
     out_dir: folder for report.html, run.json and run.vtkhdf; None: nothing is written. program: a logic program in place of
     the built-in one. preplan: the plan before the operation, followed first. supervise: a person or a program that watches:
-    called with the loop after every tick, commands by loop.command. settings: other fields of OmRetractDef: nworker,
+    called with the loop after every tick, commands by loop.command. layout: replaces scene.seed, of attachments, region and noise.
+    settings: other fields of OmRetractDef: nworker,
     needs_approval, records_observations, ...
     """
     refuse_fork("a retraction")
     scene = scene_of(scene)
+    if layout is not None:
+        scene = scene.copy()
+        scene.seed = layout
     definition = lib.om_retract_default_def(ctypes.byref(scene))
     definition.assign(settings)
     definition.out_dir = None if out_dir is None else path_of(out_dir)

@@ -9,7 +9,7 @@ import numpy as np
 from . import _capi as c
 from . import plot as _plot
 from ._convert import array_of, length, need
-from ._lib import Handle, Owner, lib, pose, view
+from ._lib import Handle, Owner, lib, pose, view, warn_user
 from .scene import Site
 from .world import Observation, World
 
@@ -76,12 +76,15 @@ class Scan(Owner):
         depth = np.array(array_of(depth, np.float32, shape, "depth"))
         if mask is not None:
             depth[~array_of(mask, np.bool_, shape, "mask")] = 0
-        if depth.size and np.nanmax(depth) > 20:
-            raise ValueError(f"depth: {np.nanmax(depth):g} m is the largest; depths are in metres, 250 mm is 0.25")
+        largest = depth[np.isfinite(depth)].max(initial=0)
+        if largest > 20:
+            raise ValueError(f"depth: {largest:g} m is the largest; depths are in metres, 250 mm is 0.25")
         low, high = ((-1e3,) * 3, (1e3,) * 3) if box is None else box
         definition = lib.om_scan_default_def(length(spacing, "spacing"))
         definition.use_color = False
         definition.assign(fields)
+        if largest <= 0:
+            warn_user("depth: no pixel has one (0 and NaN are none), so the scan is empty; does the mask show the tissue?")
         field, picture, raw = c.OmScanField(), c.OmDepthPicture(), c.OmScan()
         field.pose_task_world = pose(np.eye(4))
         field.lo, field.hi = low, high

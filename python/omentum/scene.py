@@ -12,11 +12,11 @@ import numpy as np
 from . import _capi as c
 from . import plot as _plot
 from ._convert import array_of, find_enum, index_array, length, need, quantity
-from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix, refuse_fork,
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix, refuse_fork, refuse_volume,
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
-from .tissue import check_material, engines, warn_of_fall, with_status
+from .tissue import check_material, engines, warn_of_fall, warn_of_softness, with_status
 
 class Scene(c.OmScene):
     """Everything a run needs to know: the fields of OmScene, SI units. `scene.tissue.young = 4000` changes one.
@@ -34,6 +34,7 @@ class Scene(c.OmScene):
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
         """Read a scene file."""
+        refuse_volume(path, "a scene")
         scene = cls()
         lib.om_scene_load(path_of(path), ctypes.byref(scene))
         scene.engines = ctypes.pointer(engines)
@@ -75,7 +76,8 @@ def scene_of(scene: Scene | str | os.PathLike[str]) -> Scene:
         return scene  # type: ignore[return-value]
     if isinstance(scene, (str, os.PathLike)):
         return Scene.load(scene)
-    raise TypeError(f"a Scene, or the path of its file, is needed, not {type(scene).__name__}")
+    patient = ': patient.save("model"), then Scene.parse("name: mine\\ntissue: {source: patient, file: model/patient.yaml}")' if isinstance(scene, Patient) else ""
+    raise TypeError(f"a Scene, or the path of its file, is needed, not {type(scene).__name__}{patient}")
 
 
 class Site(Owner):
@@ -176,6 +178,7 @@ class Body(Owner):
         for name, kind in (("young", "stress"), ("density", "density")):
             if name in tissue:
                 tissue[name] = quantity(tissue[name], kind, name)
+        warn_of_softness(tissue.get("young"))
         if not isinstance(source, (Patient, Site)):
             source = scene_of(source)
             if tissue:
@@ -282,7 +285,7 @@ class Body(Owner):
 
     def set_attachment(self, vert: Any, anchor: Any = None, stiffness: Any = None) -> None:
         """Replace all attachments; as of Tissue.set_attachment."""
-        vert = index_array(vert, "vert")
+        vert = index_array(vert, "vert", self._shape[0])
         anchor = None if anchor is None else array_of(anchor, np.float64, (len(vert), 3), "anchor")
         if stiffness is not None:
             stiffness = np.ascontiguousarray(np.broadcast_to(np.asarray(stiffness, np.float64), (len(vert),)))
@@ -297,7 +300,7 @@ class Body(Owner):
         self._look_at_supports()
         with self._busy:
             forget_message()
-            status = lib.om_body_step(self._c, dt, ctypes.byref(report))
+            status = lib.om_body_step(self._c, quantity(dt, "time", "dt"), ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
 
     def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> bool:

@@ -13,8 +13,9 @@ from ._convert import array_of, find_enum, index_array, length, quantity
 from ._lib import (Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, path_of,
                    pose, view, warn_user)
 from .engine import Engine
-from .mesh import TetMesh
+from .mesh import Surface, TetMesh
 from .patient import Patient
+from .volume import Volume
 
 __all__ = ["Embedding", "StepReport", "Tissue", "register_engine"]
 
@@ -60,8 +61,16 @@ def find_engine(name: str | Engine) -> Any:
     return table
 
 
-def _make_materials(definition: Any, mesh: TetMesh, materials: list[dict[str, Any]], plain: dict[str, Any]) -> None:
+_KIND = {"young": "stress", "density": "density"}
+
+
+def _make_materials(definition: Any, mesh: TetMesh, materials: Any, plain: dict[str, Any]) -> None:
     """Materials by label: an entry of label -1 holds for every label that no other entry has."""
+    materials = [materials] if isinstance(materials, (dict, str)) else materials
+    for entry in materials:
+        if not isinstance(entry, dict):
+            raise TypeError(_NO_MATERIAL.format(entry))
+    materials = [{k: quantity(v, _KIND[k], k) if k in _KIND else v for k, v in entry.items()} for entry in materials]
     number = int(mesh.label.max(initial=0)) + 1  # type: ignore[union-attr]
     table, density = (c.OmMaterial * number)(), (ctypes.c_double * number)()
     for label in range(number):
@@ -92,6 +101,7 @@ _FALLS = ("the tissue is held by nothing and falls: attach it (the mesh's set \"
           "a ground (Contact), or set gravity=(0, 0, 0)")
 
 
+_SOFT = 50.0  # Pa; brain, the softest organ, has some hundred
 _LONG = 2.0  # m; a longer mesh was probably meant in millimetres
 
 
@@ -99,6 +109,24 @@ def check_material(options: dict[str, Any]) -> None:
     """Raise TypeError, which says what works, where a material was named."""
     if "material" in options:
         raise TypeError(_NO_MATERIAL.format(options["material"]))
+
+
+def warn_of_softness(young: Any) -> None:
+    """Warn of a modulus that was probably meant in kPa; below 0 is the patient's own."""
+    if isinstance(young, (int, float)) and 0 < young < _SOFT:
+        warn_user(f'young: {young:g} Pa is softer than any organ; moduli are in Pa, {young:g} kPa is {1e3 * young:g} or "{young:g} kPa"')
+
+
+def mesh_of(mesh: Any) -> Any:
+    """A mesh or a patient as it is; anything else raises TypeError, which says what makes one of it."""
+    if isinstance(mesh, (TetMesh, Patient)):
+        return mesh
+    remedy = "TetMesh(x, tet) is one of arrays, TetMesh.load(path) of a file"
+    if isinstance(mesh, (str, os.PathLike, Volume)):
+        remedy = 'build_patient(volume or path, edge="6 mm") makes a patient of a label map or a closed surface, TetMesh.load(path) reads a mesh'
+    elif isinstance(mesh, Surface):
+        remedy = 'a surface has no inside: surface.save("organ.stl"), then build_patient("organ.stl", edge="6 mm", unit="m")'
+    raise TypeError(f"mesh: a TetMesh or a Patient is needed, not {type(mesh).__name__}; {remedy}")
 
 
 def warn_of_fall() -> None:
@@ -118,14 +146,14 @@ class Tissue(Owner):
 
     def __init__(self, mesh: TetMesh | Patient, engine: str | Engine = "fem", *, young: float | str | None = None,
                  poisson: float | None = None, law: str | c.OmLaw | None = None,
-                 materials: list[dict[str, Any]] | None = None, file: str | None = None,
+                 materials: list[dict[str, Any]] | dict[str, Any] | None = None, file: str | None = None,
                  numbers: dict[str, float] | None = None, bonds: list[tuple[Any, tuple[int, int], float]] | None = None,
                  **options: Any) -> None:
         """
         mesh: its set "attachment" is held; of a Patient the mesh and the materials are taken.
         engine: "fem", "pbd", "xpbd", "springs", "chainmail", "umesh" with the `file` of a trained network, or an Engine.
         young (Pa, or words: "3 kPa"), poisson, law: of all tissue; default 3000, 0.45, "corotational".
-        materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
+        materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density"; one alone holds for all.
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
         bonds: springs between bodies of the mesh, for each a tuple: vertices of one body, (first, end) of the tetrahedra of the
         other one, N/m of each vertex.
@@ -133,8 +161,10 @@ class Tissue(Owner):
         rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
         check_material(options)
+        mesh_of(mesh)
         if young is not None:
             young = quantity(young, "stress", "young")
+        warn_of_softness(young)
         if "density" in options:
             options["density"] = quantity(options["density"], "density", "density")
         plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
@@ -228,6 +258,10 @@ class Tissue(Owner):
             raise Closed("this Tissue is closed")
         return self._x
 
+    @x.setter
+    def x(self, _: Any) -> None:
+        raise AttributeError("x is a view of the simulation: set_x(x) replaces the positions")
+
     @property
     def v(self) -> np.ndarray:
         """Velocities, m/s (nvert x 3): a view, as x."""
@@ -284,7 +318,7 @@ class Tissue(Owner):
         vert: vertex numbers, or a mask. anchor: m (nvert x 3); None: the rest positions. stiffness: N/m of the spring of each
         vertex, one number or (nvert), 0: fixed; None: as the definition says.
         """
-        vert = index_array(vert, "vert")
+        vert = index_array(vert, "vert", len(self._mesh.x))
         anchor = None if anchor is None else array_of(anchor, np.float64, (len(vert), 3), "anchor")
         if stiffness is not None:
             stiffness = np.ascontiguousarray(np.broadcast_to(np.asarray(stiffness, np.float64), (len(vert),)))
@@ -324,7 +358,7 @@ class Tissue(Owner):
         self._look_at_supports()
         with self._busy:
             forget_message()
-            status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
+            status = lib.om_tissue_step(self._model_c, self._c, self._work.address, quantity(dt, "time", "dt"), ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
 
     def _look_at_supports(self, has_support: bool = False) -> None:

@@ -111,6 +111,8 @@ def _frame_of(page: str) -> str:
 def view(source: Body | str | os.PathLike[str]) -> View | RunView:
     """A page to look at: of a body as it is now, or of a recorded run (its folder, or its view.html)."""
     if not isinstance(source, (str, os.PathLike)):
+        if not hasattr(source, "scene"):
+            raise TypeError(f"a Body, or the folder of a recorded run, is needed, not {type(source).__name__}; plot() and to_pyvista() draw other things")
         return View(source)
     path = pathlib.Path(source)
     if path.is_dir():

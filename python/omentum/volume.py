@@ -11,8 +11,8 @@ import numpy as np
 
 from . import _capi as c
 from . import plot as _plot
-from ._convert import meters_per, need
-from ._lib import Handle, lib, path_of, view
+from ._convert import meters_per, need, quantity
+from ._lib import Handle, lib, path_of, view, warn_user
 
 _TYPES = {
     c.OmVoxelType.U8: np.uint8, c.OmVoxelType.I8: np.int8, c.OmVoxelType.U16: np.uint16, c.OmVoxelType.I16: np.int16,
@@ -22,6 +22,28 @@ _TYPES = {
 
 
 _MOST = 0.1  # m; no scanner has voxels with such a side: the numbers are millimetres
+
+
+def _sides(spacing: Any) -> np.ndarray:
+    """Sides of a voxel from one number or one for each axis; "0.8 mm" is 0.0008."""
+    words = [spacing] if isinstance(spacing, str) or np.ndim(spacing) == 0 else list(spacing)
+    sides = np.array([quantity(side, "length", "spacing") for side in words], dtype=float)
+    if len(sides) not in (1, 3) or not (np.isfinite(sides).all() and (sides > 0).all()):
+        raise ValueError(f"spacing={spacing!r}: one number above 0, or three, for x, y and z, are needed; affine= places turned axes")
+    return np.broadcast_to(sides, 3)
+
+
+def _odd(three: Any) -> int:
+    """The axis that differs where the other two are equal; -1: none."""
+    return next((k for k in range(3) if three[k - 1] == three[k - 2] != three[k]), -1)
+
+
+def _look_at_axes(shape: tuple[int, ...], sides: np.ndarray) -> None:
+    """Warn where the slices' distance and the number of slices lie on different axes: the array's axes are z, y, x."""
+    number, distance = _odd(shape), _odd(sides)
+    if -1 < number != distance > -1:
+        warn_user(f"axis {number} of the array differs from the other two, and so does spacing {distance}: axes are x, y, z. Arrays of SimpleITK and of "
+                  "Slicer's arrayFromVolume are z, y, x: give values.transpose(2, 1, 0)")
 
 
 class Volume:
@@ -40,13 +62,18 @@ class Volume:
         """
         values = np.asarray(values)
         if values.ndim != 3:
-            raise ValueError(f"a volume has three axes, not {values.ndim}")
+            one = ": choose one volume, such as values[..., 0]" if values.ndim > 3 else ""
+            raise ValueError(f"a volume has three axes, not {values.ndim}{one}")
         if (spacing is None) == (affine is None):
             raise ValueError("give either spacing or affine, in metres")
         if values.dtype == np.bool_:
             values = values.astype(np.uint8)
+        if values.dtype == np.float16:
+            values = values.astype(np.float32)
         if affine is None:
-            affine = np.diag([*np.broadcast_to(np.asarray(spacing, dtype=float), 3), 1.0])
+            sides = _sides(spacing)
+            _look_at_axes(values.shape, sides)
+            affine = np.diag([*sides, 1.0])
         self.values = values
         self.affine = np.array(affine, dtype=np.float64)
         if self.affine.shape != (4, 4):
@@ -61,7 +88,7 @@ class Volume:
         for kind, dtype in _TYPES.items():
             if self.values.dtype == dtype:
                 return kind
-        raise ValueError(f"voxels of type {self.values.dtype} are not known; convert them with astype")
+        raise ValueError(f"voxels of type {self.values.dtype} are not known; convert them: values.astype(numpy.int32), or float")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], entry: int = -1, max_bytes: int = c.OM_VOLUME_MAX_SIZE) -> Volume:
