@@ -129,11 +129,12 @@ static OmStatus check_def(const OmModelDef* def) {
              "over: %d labels; at most %d", def->over.nlabel, OM_MAX_LABEL);
     OM_CHECK(def->over.nlabel == 0 || !(def->sheet.thickness > 0), OM_INVALID,
              "over and sheet exclude each other: a sheet is made, labelled tissue is there");
-    OM_CHECK((def->sheet.nattach == 0 || def->sheet.thickness > 0) &&
-                 (def->over.nattach == 0 || def->over.nlabel > 0),
-             OM_INVALID,
-             "attach: attachments in words belong to a sheet of fat or to tissue over an organ, and "
-             "the model has neither; an organ alone is attached when it is simulated");
+    OM_CHECK(
+        (def->sheet.nattach == 0 || def->sheet.thickness > 0) &&
+            (def->over.nattach == 0 || def->over.nlabel > 0),
+        OM_INVALID,
+        "attach: attachments in words belong to a sheet of fat or to tissue over an organ, and "
+        "the model has neither; an organ alone is attached when it is simulated");
     OM_CHECK(def->name[0] && !strchr(def->name, '/') && def->name[0] != '.', OM_INVALID,
              "name: \"%s\" cannot be the name of a file", def->name);
     OM_CHECK(om_text_is_plain(def->name, strlen(def->name), NULL), OM_INVALID,
