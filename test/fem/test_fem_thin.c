@@ -1,10 +1,10 @@
 // test_fem_thin.c: plates and a strip of quadratic tetrahedra, one layer, against exact or converged solutions. The
 // element is that of om_fem below a Poisson's ratio of 1/3 (test_fem_quadratic.c holds the engine to it), which can
 // prescribe single directions.
+#include "test_modes.h"
 #include "test_rig.h"
 
 #include "omentum/fem.h"
-#include "omentum/solve_eigen.h"
 
 #define SIDE 0.1
 #define YOUNG 1e6
@@ -187,36 +187,7 @@ static void test_clamped_plate(void** context) {
 
 #define NMODE 12  // six rigid motions and six shapes
 
-// Squared angular frequencies of a body of stiffness K and lumped masses, ascending. `is_held` nodes: null is none.
-static void modes(const OmBsr* K, const double* mass, const unsigned char* is_held, double shift,
-                  int nmode, double* lambda) {
-    int nnode = K->nvert, n = 0, *place = om_alloc((size_t)nnode, sizeof *place),
-        *row = om_alloc(9 * (size_t)K->nblock, sizeof *row),
-        *col = om_alloc(9 * (size_t)K->nblock, sizeof *col), at = 0;
-    double *value = om_alloc(9 * (size_t)K->nblock, sizeof *value),
-           *diagonal = om_alloc(3 * (size_t)nnode, sizeof *diagonal);
-    for (int i = 0; i < nnode; ++i) place[i] = is_held && is_held[i] ? -1 : n++;
-    for (int i = 0; i < nnode; ++i)
-        for (int k = K->row_adr[i]; k < K->row_adr[i + 1]; ++k)
-            for (int c = 0; c < 9 && place[i] >= 0 && place[K->col[k]] >= 0; ++c, ++at) {
-                row[at] = 3 * place[i] + c % 3;
-                col[at] = 3 * place[K->col[k]] + c / 3;
-                value[at] = K->exact ? K->exact[9 * k + c] : (double)K->value[9 * k + c];
-            }
-    for (int i = 0; i < 3 * nnode; ++i)
-        if (place[i / 3] >= 0) diagonal[3 * place[i / 3] + i % 3] = mass[i / 3];
-    OmCsr A, B;
-    assert_ok(om_csr_init(3 * n, at, row, col, value, &A));
-    assert_ok(om_csr_init_diagonal(3 * n, diagonal, &B));
-    double* shape = om_alloc((size_t)nmode * 3 * (size_t)n, sizeof *shape);
-    OmEigenDef how = om_eigen_default_def(nmode, shift);
-    if (om_eigen_smallest(&how, &A, &B, lambda, shape, NULL) != OM_OK)
-        fail_msg("%s", om_error_message());
-    om_csr_done(&A), om_csr_done(&B);
-    om_free(place), om_free(row), om_free(col), om_free(value), om_free(diagonal), om_free(shape);
-}
-
-// The same of a box of om_fem; with `is_held` the face x = 0 is held.
+// Of a box of om_fem: squared angular frequencies, ascending; with `is_held` the face x = 0 is held.
 static void solid_modes(OmElement kind, OmMaterial material, OmVec3 size, const int num[3],
                         bool is_held, double shift, int nmode, double* lambda) {
     OmFemMesh mesh;
@@ -230,7 +201,7 @@ static void solid_modes(OmElement kind, OmMaterial material, OmVec3 size, const 
     assert_ok(om_fem_eval_tangent(solid, mesh.x, &K));
     unsigned char* held = om_calloc((size_t)mesh.nnode, 1);
     for (int i = 0; i < mesh.nnode; ++i) held[i] = is_held && mesh.x[3 * i] < 1e-9;
-    modes(&K, om_fem_mass(solid), held, shift, nmode, lambda);
+    find_modes(&K, om_fem_mass(solid), held, shift, nmode, lambda);
     om_free(held);
     om_bsr_destroy(&K);
     om_fem_destroy(solid);
@@ -275,7 +246,7 @@ static void strip_modes(OmMaterial material, OmVec3 size, const int num[3], doub
     const OmBsr* K = om_engine_matrix(r.w);
     double* mass = om_alloc((size_t)K->nvert, sizeof *mass);
     for (int i = 0; i < K->nvert; ++i) mass[i] = 1000 / light * om_tissue_mass(r.m)[i];
-    modes(K, mass, om_tissue_attached(r.s), -1, NSTRIP, lambda);
+    find_modes(K, mass, om_tissue_attached(r.s), -1, NSTRIP, lambda);
     om_free(mass);
     rig_done(&r);
 }
