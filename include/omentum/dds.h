@@ -59,6 +59,8 @@ typedef struct OmDdsRobotDef {
     bool has_stamped_strings;
     // of all arms, "NAME:NUMBER"; borrowed; default "PROGRASP_FORCEPS:400093"
     const char* tool_type;
+    const char* arm
+        [OM_MAX_ARM];  // names, at most 15 letters, digits and _; borrowed; default "PSM1", "PSM2"
     void (*say)(void* ctx, const char* sentence);  // events, in words; default null
     void* say_ctx;
 } OmDdsRobotDef;
@@ -199,7 +201,11 @@ typedef struct OmDdsWorldDef {
     double max_jump;          // m between two measured poses of an arm; default 0.02
     const OmSite* site;  // where the tissue is; borrowed; default null: tips may be sent anywhere
     double reach;        // m around the tissue that a tip may be sent to; default 0.15
-    const char* arm[OM_MAX_ARM];  // names; default "PSM1", "PSM2"
+    const char* arm
+        [OM_MAX_ARM];  // names, at most 39 letters, digits, _ and /; borrowed; default "PSM1", "PSM2"
+    // What the names of both cameras' topics begin with, as those of arms: endoscope/camera_info, depth/points; default
+    // "endoscope", "depth"
+    const char *endoscope, *depth;
 } OmDdsWorldDef;
 
 OM_API OmDdsWorldDef om_dds_world_default_def(const OmScene* scene);

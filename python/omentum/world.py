@@ -342,10 +342,12 @@ class RobotWorld(SimulatedWorld):
 
     def __init__(self, scene: Scene | str | os.PathLike[str], domain: int = 0, *, network: str | None = None, peer: str | None = None,
                  wait: float = 5.0, stale: float = 0.1, reach: float = 0.15, frames: str | os.PathLike[str] | None = None,
-                 instrument: str | os.PathLike[str] | None = None, arm: str | os.PathLike[str] | None = None) -> None:
+                 instrument: str | os.PathLike[str] | None = None, arm: str | os.PathLike[str] | None = None,
+                 arms: tuple[str, str] = ("PSM1", "PSM2"), endoscope: str = "endoscope", depth: str = "depth") -> None:
         """
         frames: file of `omentum register`, where the robot's frames are; None: the robot's tf_static. instrument, arm: files
-        of the dVRK for all arms; None: of the instrument that the robot reports, on a Classic arm.
+        of the dVRK for all arms; None: of the instrument that the robot reports, on a Classic arm. arms, endoscope, depth: what
+        names of topics begin with.
         """
         refuse_fork("a robot")
         self.scene = scene_of(scene).copy()
@@ -356,6 +358,8 @@ class RobotWorld(SimulatedWorld):
         definition.dds.network = network.encode() if network else None
         definition.dds.peer = peer.encode() if peer else None
         definition.wait, definition.stale = wait, stale
+        definition.arm[0], definition.arm[1] = (name.encode() for name in arms)
+        definition.endoscope, definition.depth = endoscope.encode(), depth.encode()
         definition.instrument_file = None if instrument is None else path_of(instrument)
         definition.arm_file = None if arm is None else path_of(arm)
         table, nframe = (c.OmDdsFrame * c.OM_DDS_MAX_FRAME)(), ctypes.c_int(0)

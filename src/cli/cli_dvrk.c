@@ -6,6 +6,7 @@
 
 static const OmCliOption option[] = {
     OM_CLI_OPTION_DDS,
+    OM_CLI_OPTION_ARMS,
     {"--time", NULL, "S", "end after S seconds of the simulated field", "until Ctrl-C", "s", 1e-3,
      1e9},
     {"--rate", NULL, "HZ", "messages of the arms in a second", "100", "Hz", 1, 1000},
@@ -50,6 +51,20 @@ OmStatus om_cli_dds(const OmCliArgs* args, OmDdsDef* dds) {
     dds->network = om_cli_get(args, "--network");
     dds->peer = om_cli_get(args, "--peer");
     return om_cli_int(args, "--domain", &dds->domain);
+}
+
+OmStatus om_cli_arms(const OmCliArgs* args, char text[OM_CLI_NAMES], const char* arm[OM_MAX_ARM]) {
+    const char* names = om_cli_get(args, "--arms");
+    if (!names) return OM_OK;
+    snprintf(text, OM_CLI_NAMES, "%s", names);
+    char* comma = strchr(text, ',');
+    OM_CHECK(comma && comma > text && comma[1] && !strchr(comma + 1, ',') &&
+                 strlen(names) < OM_CLI_NAMES,
+             OM_INVALID, "--arms \"%s\": give two names with a comma, as PSM2,PSM3", names);
+    *comma = 0;
+    arm[0] = text;
+    arm[1] = comma + 1;
+    return OM_OK;
 }
 
 static void say(void* ctx, const char* sentence) {
@@ -115,7 +130,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OmWorld *world = NULL, *eyes = NULL;
     OmDdsRobot* robot = NULL;
     double seconds = INFINITY;
-    char tool[128];
+    char tool[128], names[OM_CLI_NAMES];
     const OmProgress* progress = om_cli_progress(true);
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_cli_double(args, "--time", &seconds));
@@ -125,6 +140,7 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     OM_TRY_DONE(om_world_reset(world));
     OmDdsRobotDef def = om_dds_robot_default_def(world, &s->scene, &site);
     OM_TRY_DONE(om_cli_dds(args, &def.dds));
+    OM_TRY_DONE(om_cli_arms(args, names, def.arm));
     OM_TRY_DONE(om_cli_double(args, "--rate", &def.rate));
     OM_TRY_DONE(om_cli_double(args, "--pictures", &def.picture_rate));
     if (om_cli_get(args, "--instrument")) {
@@ -144,8 +160,10 @@ static OmStatus serve(const OmCliArgs* args, OmCliRetract* s) {
     def.has_record_pictures = om_cli_get(args, "--record-pictures") != NULL;
     if (!s->is_quiet) def.say = say;
     OM_TRY_DONE(om_dds_robot_create(&def, &robot));
-    printf("%s, layout %d: PSM1%s on domain %d; Ctrl-C ends the program\n", s->scene.name,
-           s->scene.seed, om_world_narm(world) > 1 ? " and PSM2" : "", def.dds.domain);
+    const bool has_two = om_world_narm(world) > 1;
+    printf("%s, layout %d: %s%s%s on domain %d; Ctrl-C ends the program\n", s->scene.name,
+           s->scene.seed, def.arm[0], has_two ? " and " : "", has_two ? def.arm[1] : "",
+           def.dds.domain);
     fflush(stdout);
     status = om_dds_robot_run(robot, seconds, progress);
     if (status >= 0 || status == OM_CANCELLED) print_report(robot, def.rate);

@@ -40,6 +40,11 @@ static const OmCliOption option[] = {
      "by tool_type"},
     {"--arm", NULL, "FILE", "with --world dds: arm, a file of the dVRK (PSM.json, PSM_Si.json)",
      "Classic"},
+    OM_CLI_OPTION_ARMS,
+    {"--endoscope", NULL, "NAME",
+     "with --world dds: its topics are NAME/image_raw, NAME/camera_info", "endoscope"},
+    {"--depth", NULL, "NAME", "with --world dds: NAME/points or NAME/image_raw, NAME/camera_info",
+     "depth"},
     OM_CLI_OPTION_DDS,
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
@@ -386,7 +391,8 @@ static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
     OM_CHECK(!kind || s->has_robot || strcmp(kind, "simulated") == 0, OM_INVALID,
              "option --world: \"%s\"; it is simulated or dds", kind);
     static const char* const only[] = {"--domain", "--network",    "--peer",
-                                       "--frames", "--instrument", "--arm"};
+                                       "--frames", "--instrument", "--arm",
+                                       "--arms",   "--endoscope",  "--depth"};
     for (size_t k = 0; !s->has_robot && k < sizeof only / sizeof *only; ++k)
         OM_CHECK(strcmp(s->verb, "retract") != 0 || !get(args, only[k]), OM_INVALID,
                  "option %s needs --world dds", only[k]);
@@ -395,6 +401,9 @@ static OmStatus read_world(const OmCliArgs* args, OmCliRetract* s) {
     s->robot.frame = s->frame;
     s->robot.instrument_file = get(args, "--instrument");
     s->robot.arm_file = get(args, "--arm");
+    if (get(args, "--endoscope")) s->robot.endoscope = get(args, "--endoscope");
+    if (get(args, "--depth")) s->robot.depth = get(args, "--depth");
+    OM_TRY(om_cli_arms(args, s->arms, s->robot.arm));
     if (get(args, "--frames"))
         OM_TRY(om_dds_frames_load(get(args, "--frames"), s->frame, &s->robot.nframe));
     return om_cli_dds(args, &s->robot.dds);

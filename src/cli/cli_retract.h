@@ -7,6 +7,8 @@
 #include "omentum/retract.h"
 #include "omentum/rl_acting.h"
 
+#define OM_CLI_NAMES 100  // bytes of the names of arms
+
 typedef struct OmCliRetract {
     const char* verb;  // for messages
     OmScene scene;
@@ -25,6 +27,7 @@ typedef struct OmCliRetract {
     bool has_robot;  // --world dds
     OmDdsWorldDef robot;
     OmDdsFrame frame[OM_DDS_MAX_FRAME];  // of --frames
+    char arms[OM_CLI_NAMES];             // of --arms
     OmRlActing* acting;                  // null: straight lines
     bool has_scene;                      // `scene` is there: it is not read from the first argument
     bool needs_scene;                    // false: only a text is wanted
@@ -34,6 +37,8 @@ typedef struct OmCliRetract {
 int om_cli_retract_begin(const OmCliArgs* args, bool needs_folder, OmCliRetract* s);
 // The options of OM_CLI_OPTION_DDS.
 OmStatus om_cli_dds(const OmCliArgs* args, OmDdsDef* dds);
+// The names of --arms, to `text` and pointers into it; without the option nothing is changed.
+OmStatus om_cli_arms(const OmCliArgs* args, char text[OM_CLI_NAMES], const char* arm[OM_MAX_ARM]);
 // The definition of a run into `dir`.
 OmRetractDef om_cli_retract_def(OmCliRetract* s, const char* dir);
 // The plan before the operation in `dir`, where the user wants one and has none. `trials` receives the file of its
@@ -51,6 +56,8 @@ OmStatus om_cli_retract_plan(OmCliRetract* s, const char* dir, char* trials, siz
         {"--network", NULL, "NAME", "interface, with multicast", "loopback, without"}, {     \
         "--peer", NULL, "ADDRESS", "address of a machine, without multicast", "this machine" \
     }
+#define OM_CLI_OPTION_ARMS \
+    { "--arms", NULL, "NAMES", "names of both arms, with a comma: PSM2,PSM3", "PSM1,PSM2" }
 #define OM_CLI_OPTION_WORKERS \
     { "--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER }
 #define OM_CLI_OPTION_QUIET \

@@ -661,6 +661,13 @@ OmStatus om__link_relax(Link* link, int id) {
     return begin_endpoint(link, e);
 }
 
+bool om__link_is_name(const char* text, size_t size) {
+    static const char letter[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/";
+    const size_t n = text ? strlen(text) : 0;
+    const bool is_open = n > 0 && (text[0] == '/' || text[n - 1] == '/');
+    return n > 0 && n < size && !is_open && strspn(text, letter) == n;
+}
+
 const char* om__link_name(const Link* link, int id) { return link->end[id].name; }
 
 int om__link_count(const Link* link, int id) {

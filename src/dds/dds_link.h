@@ -128,6 +128,8 @@ int om__link_add_programs(const Link* link, int id, int n, int max, uint64_t pro
 OmStatus om__link_relax(Link* link, int id);
 // Until a reader has a message, at most so many seconds. @return false: none has
 bool om__link_wait(Link* link, double seconds);
+// Is it a name of a topic: letters, digits, _ and /, fewer than `size` of them?
+bool om__link_is_name(const char* text, size_t size);
 const char* om__link_name(const Link* link, int id);
 // For tests: "sensor_msgs::msg::dds_::JointState_", and its hash as rmw writes it, "RIHS01_...".
 const char* om__link_type_name(LinkType type);

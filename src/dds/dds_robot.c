@@ -27,6 +27,7 @@ OmDdsRobotDef om_dds_robot_default_def(OmWorld* world, const OmScene* scene, con
                            .site = site,
                            .rate = 100,
                            .tool_type = "PROGRASP_FORCEPS:400093",
+                           .arm = {"PSM1", "PSM2"},
                            .picture_rate = 30};
 }
 
@@ -350,6 +351,20 @@ OmStatus om_dds_robot_run(OmDdsRobot* robot, double seconds, const OmProgress* p
 
 // ---- creation -----------------------------------------------------------------------------------------------------
 
+static OmStatus check_names(const OmDdsRobotDef* def) {
+    const int narm = om_world_narm(def->world);
+    for (int a = 0; a < narm; ++a) {
+        const char* name = def->arm[a];
+        OM_CHECK(om__link_is_name(name, sizeof(((Hand*)0)->name)) && !strchr(name, '/'), OM_INVALID,
+                 "OmDdsRobotDef.arm[%d] is \"%s\"; a name has at most 15 letters, digits and _", a,
+                 name ? name : "");
+        bool is_taken = strcmp(name, "ECM") == 0;
+        for (int b = 0; b < a; ++b) is_taken |= strcmp(name, def->arm[b]) == 0;
+        OM_CHECK(!is_taken, OM_INVALID, "OmDdsRobotDef.arm[%d] is \"%s\", as another arm", a, name);
+    }
+    return OM_OK;
+}
+
 static OmStatus check_def(const OmDdsRobotDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID, "OmDdsRobotDef was not made by default_def");
     OM_CHECK(def->world && def->scene && def->site, OM_INVALID,
@@ -367,7 +382,7 @@ static OmStatus check_def(const OmDdsRobotDef* def) {
              "OmDdsRobotDef.igtl_port is %d; 0 to 65535", def->igtl_port);
     OM_CHECK(def->picture_rate >= 0 && def->picture_rate <= 1000, OM_INVALID,
              "OmDdsRobotDef.picture_rate is %g Hz; 0 to 1000", def->picture_rate);
-    return OM_OK;
+    return check_names(def);
 }
 
 // The robot knows its base where its measurements put it: off by the error of its calibration.
@@ -380,7 +395,7 @@ static OmStatus begin_hand(OmDdsRobot* r, int a) {
     psm.pose_world_rcm.p = om_add(psm.pose_world_rcm.p, off);
     const double zero[OM_PSM_NJOINT] = {0};
     double q[OM_PSM_NJOINT];
-    snprintf(r->hand[a].name, sizeof r->hand[a].name, "PSM%d", a + 1);
+    snprintf(r->hand[a].name, sizeof r->hand[a].name, "%s", r->def.arm[a]);
     OM_TRY(om_psm_inverse_nearest(&psm, tip, zero, q, &tip));
     om__arm_init(&r->hand[a].core, &psm, tip, q, r->obs.arm[a].jaw_goal);
     return OM_OK;

@@ -15,6 +15,7 @@
 
 #define COOKIE 0xdd5003u
 #define MAX_FRAMES 128
+#define NAME 40           // bytes of a name of an arm or a camera
 #define SAME_TIME 1e-6    // s: stamps count nanoseconds
 #define HOME_TIME 60.0    // s that homing may take
 #define TICK_TIME 10.0    // s that a simulated robot may take for a tick
@@ -23,7 +24,6 @@
 #define MAX_TURN 0.5      // rad between two measured poses of an arm
 #define UNIT 1e-3         // by which the length of a quaternion may differ from 1
 #define GRACE 0.5         // s to find out whether the robot is in lock-step, or has no points
-#define NO_DEPTH "depth/points or /depth/image_raw"
 #define HINT "start omentum dvrk in another terminal, or the robot, with the same domain"
 
 typedef struct Limb {  // an arm as its topics show it
@@ -87,7 +87,9 @@ OmDdsWorldDef om_dds_world_default_def(const OmScene* scene) {
                            .max_speed = 0.25,
                            .max_jump = 0.02,
                            .reach = 0.15,
-                           .arm = {"PSM1", "PSM2"}};
+                           .arm = {"PSM1", "PSM2"},
+                           .endoscope = "endoscope",
+                           .depth = "depth"};
 }
 
 // ---- frames -------------------------------------------------------------------------------------------------------
@@ -563,7 +565,7 @@ static OmStatus dds_move(OmWorld* world, int index, OmPose goal, double speed) {
     OM_TRY(check_workspace(w, l, goal.p));
     if (world->psm[index]) {
         const OmStatus status = om_psm_inverse(&l->psm, goal, l->q, q);
-        if (status < 0) return om_error_prefix(status, "PSM%d", index + 1);
+        if (status < 0) return om_error_prefix(status, "%s", l->name);
     }
     l->goal = goal;
     l->speed = speed;
@@ -810,6 +812,13 @@ static const Topic limb_topic[] = {
     {offsetof(Limb, hold), LINK_OUT, LINK_EMPTY, "hold", 1},
 };
 
+static OmStatus add_camera(DdsWorld* w, const char* camera, const char* leaf, LinkType type,
+                           int* id) {
+    char name[120];
+    snprintf(name, sizeof name, "%s/%s", camera, leaf);
+    return om__link_add(w->link, LINK_IN, type, name, 1, id);
+}
+
 static OmStatus add_all(DdsWorld* w) {
     char name[120];
     for (int a = 0; a < w->head.narm; ++a)
@@ -822,16 +831,18 @@ static OmStatus add_all(DdsWorld* w) {
     Link* l = w->link;
     const unsigned latched = LINK_IN | LINK_LATCHED;
     OM_TRY(om__link_add(l, latched, LINK_TF, "tf_static", 10, &w->tf_static));
-    OM_TRY(om__link_add(l, LINK_IN, LINK_INFO, "endoscope/camera_info", 1, &w->endoscope.info));
-    OM_TRY(om__link_add(l, LINK_IN, LINK_IMAGE, "endoscope/image_raw", 1, &w->endoscope.data));
-    OM_TRY(om__link_add(l, LINK_IN, LINK_INFO, "depth/camera_info", 1, &w->depth.info));
-    OM_TRY(om__link_add(l, LINK_IN, LINK_CLOUD, "depth/points", 1, &w->depth.data));
+    OM_TRY(add_camera(w, w->def.endoscope, "camera_info", LINK_INFO, &w->endoscope.info));
+    OM_TRY(add_camera(w, w->def.endoscope, "image_raw", LINK_IMAGE, &w->endoscope.data));
+    OM_TRY(add_camera(w, w->def.depth, "camera_info", LINK_INFO, &w->depth.info));
+    OM_TRY(add_camera(w, w->def.depth, "points", LINK_CLOUD, &w->depth.data));
     OM_TRY(om__link_add(l, LINK_OUT, LINK_TICK, "omentum/tick", 10, &w->tick_out));
     return om__link_add(l, LINK_IN, LINK_TOCK, "omentum/tock", 10, &w->tick_in);
 }
 
-// The first thing that is missing; null: nothing. `has_picture`: the endoscope is waited for, too.
-static const char* find_missing(const DdsWorld* w, char* text, size_t size) {
+// The first thing that is missing, in `text`, and whether it is the depth camera's picture, which comes last.
+// @return false: nothing is
+static bool find_missing(const DdsWorld* w, char* text, size_t size, bool* is_last) {
+    *is_last = false;
     for (int a = 0; a < w->head.narm; ++a) {
         const Limb* l = &w->limb[a];
         const struct {
@@ -843,14 +854,18 @@ static const char* find_missing(const DdsWorld* w, char* text, size_t size) {
         for (size_t k = 0; k < sizeof need / sizeof *need; ++k)
             if (!need[k].has) {
                 snprintf(text, size, "%s/%s", l->name, need[k].name);
-                return text;
+                return true;
             }
     }
-    if (!w->depth.has_info) return "depth/camera_info";
-    if (!w->endoscope.has_info) return "endoscope/camera_info";
-    const Sight* s = &w->depth;
-    const bool has_image = s->image >= 0 && om__link_count(w->link, s->image) > 0;
-    return has_image || om__link_count(w->link, s->data) > 0 ? NULL : NO_DEPTH;
+    const Sight *d = &w->depth, *e = &w->endoscope;
+    if (!d->has_info || !e->has_info) {
+        snprintf(text, size, "%s", om__link_name(w->link, d->has_info ? e->info : d->info));
+        return true;
+    }
+    const bool has_image = d->image >= 0 && om__link_count(w->link, d->image) > 0;
+    *is_last = !has_image && om__link_count(w->link, d->data) == 0;
+    snprintf(text, size, "%s/points or /%s/image_raw", w->def.depth, w->def.depth);
+    return *is_last;
 }
 
 // Cameras often send without reliability.
@@ -863,22 +878,20 @@ static OmStatus relax(DdsWorld* w) {
 }
 
 static OmStatus wait_for_robot(DdsWorld* w) {
-    char text[120];
-    const char* missing = "";
+    char missing[200];
+    bool is_missing = true, is_last;
     const double end = om_clock_now() + w->def.wait;
     double since = INFINITY;  // when all but the depth camera's picture was there
-    while (missing) {
+    while (is_missing) {
         OM_TRY(om_stop_poll());
         om__link_wait(w->link, 0.02);
         OM_TRY(take_all(w));
         OM_TRY(relax(w));
-        missing = find_missing(w, text, sizeof text);
-        const bool is_last = missing && strcmp(missing, NO_DEPTH) == 0;
+        is_missing = find_missing(w, missing, sizeof missing, &is_last);
         since = is_last ? fmin(since, om_clock_now()) : (double)INFINITY;
         if (w->depth.image < 0 && om_clock_now() > since + GRACE)
-            OM_TRY(
-                om__link_add(w->link, LINK_IN, LINK_IMAGE, "depth/image_raw", 1, &w->depth.image));
-        if (!missing || om_clock_now() < end) continue;
+            OM_TRY(add_camera(w, w->def.depth, "image_raw", LINK_IMAGE, &w->depth.image));
+        if (!is_missing || om_clock_now() < end) continue;
         for (int a = 0; a < w->head.narm; ++a)
             OM_CHECK(
                 w->head.psm[a] || !w->limb[a].tool[0] || !strstr(missing, "tool_type"),
@@ -918,8 +931,10 @@ static OmStatus check_def(const OmDdsWorldDef* def) {
     OM_CHECK(narm >= 1 && narm <= OM_MAX_ARM, OM_INVALID, "world: %d arms; 1 to %d", narm,
              OM_MAX_ARM);
     for (int a = 0; a < narm; ++a)
-        OM_CHECK(def->arm[a] && def->arm[a][0] && strlen(def->arm[a]) < 40, OM_INVALID,
+        OM_CHECK(om__link_is_name(def->arm[a], NAME), OM_INVALID,
                  "OmDdsWorldDef.arm[%d] is no name", a);
+    OM_CHECK(om__link_is_name(def->endoscope, NAME) && om__link_is_name(def->depth, NAME),
+             OM_INVALID, "OmDdsWorldDef.endoscope or depth is no name");
     return OM_OK;
 }
 

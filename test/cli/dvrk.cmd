@@ -25,6 +25,26 @@ $ omentum dvrk small.yaml --domain 91 --time 0.1 --rate 50 --record run.mcap
 exit 3
 err a recording needs a new file
 
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --arms PSM2,PSM3
+exit 0
+out small, layout 1: PSM2 and PSM3 on domain 91
+
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --arms PSM2
+exit 3
+err --arms "PSM2": give two names with a comma
+
+$ omentum dvrk small.yaml --domain 91 --time 0.1 --arms PSM2,PSM2
+exit 3
+err "PSM2", as another arm
+
+$ omentum retract small.yaml --depth kinect -o out
+exit 3
+err option --depth needs --world dds
+
+$ omentum retract small.yaml --world dds --domain 92 --arms 'PSM2,a b' -o out
+exit 3
+err arm\[1\] is no name
+
 $ omentum retract small.yaml --world mars -o out
 exit 3
 err it is simulated or dds

@@ -11,6 +11,8 @@
 
 #define DT 0.02
 #define PERIOD 0.01  // s, of the robot's messages
+#define OTHER_ARM "left/PSM_7"
+#define OTHER_CAMERA "kinect/"
 
 typedef enum Lie {
     NONE,
@@ -27,7 +29,7 @@ typedef enum Lie {
     OLD,       // pictures are 30 s old
     MIXED,     // each pose is followed by one of 50 ms before, which is 60 mm away: no lie
     IMAGE,     // no points, but a depth image in m: no lie
-    IMAGE_MM,  // the same in mm, sent without reliability
+    IMAGE_MM,  // the same in mm, sent without reliability, all with other names
     IMAGE_8,   // the same of 8 bits: of what?
     PERSON     // no lie: a person presses Ctrl-C
 } Lie;
@@ -169,7 +171,8 @@ static void add(Robot* r, const char* arm, const char* name, unsigned flags, Lin
 
 static void begin(Robot* r, Lie lie) {
     const OmDdsDef dds = make_dds();
-    static const char* const base[2] = {"PSM1_base", "PSM2_base"};
+    const char* const names[2] = {lie == IMAGE_MM ? OTHER_ARM : "PSM1", "PSM2"};
+    const char* const camera = lie == IMAGE_MM ? OTHER_CAMERA : "";
     LinkMessage tf = {.tf = {.n = 3}};
     unsetenv("CYCLONEDDS_URI");
     *r = (Robot){.scene = easy_scene(), .lie = lie};
@@ -179,7 +182,7 @@ static void begin(Robot* r, Lie lie) {
     assert_ok(om__link_create(&dds, &r->link));
     for (int a = 0; a < 2; ++a) {
         Arm* arm = &r->arm[a];
-        const char* name = a ? "PSM2" : "PSM1";
+        const char* name = names[a];
         const OmPsm psm = om_world_place_psm(&r->site, a);
         const double middle[OM_PSM_NJOINT] = {0};
         arm->tip = om_world_place_tip(&r->site, a);
@@ -196,16 +199,16 @@ static void begin(Robot* r, Lie lie) {
         add(r, name, "/hold", LINK_IN, LINK_EMPTY, &arm->hold);
         assert_ok(om__link_write(r->link, arm->tool, &(LinkMessage){.text = "PROGRASP"}));
         tf.tf.frame[a] = (LinkFrame){.parent = "world", .pose = psm.pose_world_rcm};
-        snprintf(tf.tf.frame[a].child, sizeof tf.tf.frame[a].child, "%s", base[a]);
+        snprintf(tf.tf.frame[a].child, sizeof tf.tf.frame[a].child, "%s_base", names[a]);
     }
     tf.tf.frame[2] = (LinkFrame){.parent = "world", .child = "camera", .pose = om_pose_identity()};
     add(r, "", "tf_static", LINK_OUT | LINK_LATCHED, LINK_TF, &r->tf);
     const unsigned pictures = lie == IMAGE_MM ? LINK_OUT | LINK_LOSSY : LINK_OUT;
-    add(r, "", "depth/camera_info", pictures, LINK_INFO, &r->depth_info);
-    add(r, "", "endoscope/camera_info", pictures, LINK_INFO, &r->info);
+    add(r, camera, "depth/camera_info", pictures, LINK_INFO, &r->depth_info);
+    add(r, camera, "endoscope/camera_info", pictures, LINK_INFO, &r->info);
     const bool is_image = lie == IMAGE || lie == IMAGE_MM || lie == IMAGE_8;
     r->image = -1;
-    if (is_image) add(r, "", "depth/image_raw", pictures, LINK_IMAGE, &r->image);
+    if (is_image) add(r, camera, "depth/image_raw", pictures, LINK_IMAGE, &r->image);
     if (!is_image) add(r, "", "depth/points", LINK_OUT, LINK_CLOUD, &r->cloud);
     assert_ok(om__link_write(r->link, r->tf, &tf));
     assert_ok(om_job_start(be_robot, r, &r->job));
@@ -322,6 +325,13 @@ static void a_depth_image(void** unused) {
         def.dds = make_dds();
         def.wait = 20;
         def.stale = 5;
+        if (lie == IMAGE_MM) {
+            def.depth = "no space";
+            assert_status(om_world_create_dds(&def, &world), OM_INVALID);
+            def.arm[0] = OTHER_ARM;
+            def.depth = OTHER_CAMERA "depth";
+            def.endoscope = OTHER_CAMERA "endoscope";
+        }
         const OmStatus status = om_world_create_dds(&def, &world);
         if (lie == IMAGE_8) {
             assert_status(status, OM_IO);

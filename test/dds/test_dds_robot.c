@@ -434,7 +434,7 @@ static void jaw_on_tissue(void** unused) {
     end(&s);
 }
 
-// A tick answers 32 datagrams; the others wait for the next one.
+// A tick answers 32 datagrams; the others wait for the next one. Arms have the names that they are given.
 static void many_datagrams(void** unused) {
     (void)unused;
     Served s;
@@ -443,17 +443,27 @@ static void many_datagrams(void** unused) {
     def.has_record_pictures = true;  // of what?
     assert_status(om_dds_robot_create(&def, &s.robot), OM_INVALID);
     def.has_record_pictures = false;
+    static const char* const bad[] = {"PSM2", "ECM", "", "a/b", "sixteen_letters_", NULL};
+    for (int k = 0; k < 6; ++k) {
+        def.arm[0] = bad[k];
+        assert_status(om_dds_robot_create(&def, &s.robot), OM_INVALID);
+    }
+    def.arm[0] = "LEFT";
     def.rate = 20;
     def.picture_rate = 0;
     def.udp_port = 43000 + getpid() % 4000;
     assert_ok(om_dds_robot_create(&def, &s.robot));
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     char answer[8192];
-    for (int k = 0; k < 40; ++k) tell(fd, def.udp_port, "{\"arm\": \"PSM1\"}");
+    for (int k = 0; k < 40; ++k) tell(fd, def.udp_port, "{\"arm\": \"LEFT\"}");
     for (int k = 0; k < 2; ++k) {
         int n = 0;
         assert_ok(om_dds_robot_run(s.robot, 1 / def.rate, NULL));
-        while (recv(fd, answer, sizeof answer, MSG_DONTWAIT) > 0) ++n;
+        for (ssize_t size; (size = recv(fd, answer, sizeof answer - 1, MSG_DONTWAIT)) > 0; ++n) {
+            answer[size] = 0;
+            assert_non_null(strstr(answer, "\"refused\": \"\""));
+            assert_true(strstr(answer, "\"LEFT\"") && strstr(answer, "\"PSM2\""));
+        }
         assert_int_equal(n, k == 0 ? 32 : 8);
     }
     assert_int_equal(om_dds_robot_report(s.robot).ntick, 2);
