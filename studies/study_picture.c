@@ -8,7 +8,10 @@
 
 #define WIDTH 480
 #define HEIGHT 360
-#define NRING 12  // of a drawn lesion
+#define FOV (40 * OM_PI / 180)  // vertical
+#define FILLED 0.94  // share of the picture's width or height that the tissue and the probe fill
+#define PROBE_SHOWN 0.6  // of its length, from the face; the rest may end at the edge
+#define NRING 12         // of a drawn lesion
 
 // ---- shapes ---------------------------------------------------------------------------------------
 
@@ -64,14 +67,38 @@ static OmStatus make_half(const OmTetMesh* mesh, const double* x, OmVec3 p, OmVe
 typedef struct View {
     const Study* s;
     OmSenseScene* scene;
-    OmVec3 target, eye;
+    OmVec3 axis[3];  // of the camera: right, up, ahead
+    double half[2];  // tangents of half the angles across and up, less the margin
+    double most[4];  // m: largest +x - half z, -x - half z, and both of y, of the points to show
 } View;
 
-static OmStatus view_begin(View* v, OmVec3 from) {
-    const OmStudyBody* body = v->s->def->body;
-    double size = om_distance(body->lo, body->hi);
-    v->target = om_madd(om_lerp(body->lo, body->hi, 0.5), 0.12 * size, body->up);
-    v->eye = om_madd(v->target, 1.5 * size, om_normalize(from));
+// A camera at (tx, ty, -d) sees a point if |x - tx| <= half (z + d), and so for y: four largest sums give the nearest.
+static void view_show(View* v, const double* x, int n, OmPose pose) {
+    for (int i = 0; i < n; ++i) {
+        const OmVec3 p = om_pose_apply(pose, om_load3(x, i));
+        const double z = om_dot(p, v->axis[2]);
+        for (int k = 0; k < 4; ++k) {
+            const double across = (k % 2 ? -1 : 1) * om_dot(p, v->axis[k / 2]);
+            v->most[k] = fmax(v->most[k], across - v->half[k / 2] * z);
+        }
+    }
+}
+
+// Look from that side at tissue at rest and the probe at first contact: pictures of one lesion have one camera.
+static OmStatus view_begin(View* v, OmVec3 from, const OmSurface* rest,
+                           const OmStudyLesion* lesion) {
+    OmSurface probe;
+    v->axis[2] = om_scale(-1, om_normalize(from));
+    v->axis[0] = om_normalize(om_cross(v->axis[2], v->s->def->body->up));
+    v->axis[1] = om_cross(v->axis[0], v->axis[2]);
+    v->half[1] = FILLED * tan(0.5 * FOV);
+    v->half[0] = v->half[1] * WIDTH / HEIGHT;
+    for (int k = 0; k < 4; ++k) v->most[k] = -INFINITY;
+    view_show(v, rest->x, rest->nvert, om_pose_identity());
+    OM_TRY(om_probe_get_surface(v->s->probe, &probe));
+    for (int i = 0; i < probe.nvert; ++i) probe.x[3 * i + 2] *= PROBE_SHOWN;
+    view_show(v, probe.x, probe.nvert, om__study_probe_pose(lesion, 0));
+    om_surface_done(&probe);
     return om_sense_scene_create(&v->scene);
 }
 
@@ -94,11 +121,16 @@ static OmStatus view_add_probe(View* v, OmPose pose) {
 }
 
 static OmStatus view_end(View* v, OmReport* report, const char* caption) {
+    const double* m = v->most;
+    const double far = fmax((m[0] + m[1]) / (2 * v->half[0]), (m[2] + m[3]) / (2 * v->half[1]));
+    OmVec3 eye = om_scale(-far, v->axis[2]);
+    eye = om_madd(eye, 0.5 * (m[0] - m[1]), v->axis[0]);
+    eye = om_madd(eye, 0.5 * (m[2] - m[3]), v->axis[1]);
     const OmCamera camera = {.pose_world_camera =
-                                 om_pose_look_at(v->eye, v->target, v->s->def->body->up),
+                                 om_pose_look_at(eye, om_add(eye, v->axis[2]), v->axis[1]),
                              .width = WIDTH,
                              .height = HEIGHT,
-                             .fov = 40 * OM_PI / 180,
+                             .fov = FOV,
                              .near_m = 0.001,
                              .far_m = 100};
     return om__report_render(report, v->scene, &camera, v->s->def->nworker, caption);
@@ -123,7 +155,10 @@ static OmStatus add_cut(const Study* s, const StudyStage* stage, const OmStudyLe
     OM_TRY(om_tissue_embed(stage->model, s->def->body->nlesion, center, &e));
     om_embedding_eval(&e, x, center);
     om_embedding_done(&e);
-    OM_TRY_DONE(view_begin(&v, om_add(side, om_scale(0.35, s->def->body->up))));
+    OM_TRY_DONE(make_half(mesh, mesh->x, lesion->center, side, &surface));
+    status = view_begin(&v, om_add(side, om_scale(0.35, s->def->body->up)), &surface, lesion);
+    om_surface_done(&surface);
+    OM_TRY_DONE(status);
     OM_TRY_DONE(make_half(mesh, x, lesion->center, side, &surface));
     OM_TRY_DONE(view_add(&v, &surface, 0.93, 0.74, 0.66, false));
     for (int i = 0; i < s->def->body->nlesion; ++i) {
@@ -149,8 +184,10 @@ static OmStatus add_mesh(const Study* s, int ntet, OmReport* report) {
     char caption[96];
     OmStatus status;
     OM_TRY(om__study_get_mesh(s->def, ntet, &mesh));
-    OM_TRY_DONE(view_begin(&v, om_vec3(0.3, -1, 0.6)));
     OM_TRY_DONE(make_half(&mesh, mesh.x, om_vec3(0, 0, 0), om_vec3(0, 0, 0), &surface));
+    status = view_begin(&v, om_vec3(0.3, -1, 0.6), &surface, &s->def->body->lesion[0]);
+    if (status < 0) om_surface_done(&surface);
+    OM_TRY_DONE(status);
     OM_TRY_DONE(view_add(&v, &surface, 0.93, 0.74, 0.66, false));
     OM_TRY_DONE(view_add_probe(&v, om__study_probe_pose(&s->def->body->lesion[0], 0)));
     snprintf(caption, sizeof caption, "%d elements, %d vertices, the probe at first contact",

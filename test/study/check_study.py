@@ -16,6 +16,10 @@ import re
 import statistics
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+import gallery  # noqa: E402
+import picture_row  # noqa: E402
+
 METHODS = ["penalty", "multipliers", "prescribed"]
 TITLES = {"penalty": "Penalty", "multipliers": "LM", "prescribed": "PrescrDispl", "rigid": "rigid model"}
 BY_TITLES = {"finite_elements": "finite elements, prescribed", "particles": "particles, calibrated",
@@ -219,6 +223,18 @@ def check_contact_report(report, study, cells, runs):
         equal("report: what misses the bar", told, [(str(c["elements_wanted"]), TITLES[c["method"]]) for c in missed])
 
 
+def check_pictures(folder):
+    """Tissue fills the width of the pictures before and at the end of a press, and is not cut off."""
+    for k, data in enumerate(gallery.embedded(folder / "report.html")[:2]):
+        path = folder / "picture.png"
+        path.write_bytes(data)
+        width, height, lines = picture_row.read(path)
+        is_tissue = [[line[3 * i] > 100 and line[3 * i] > line[3 * i + 2] for i in range(width)] for line in lines]  # red, the probe is blue
+        across = [i for i in range(width) if any(row[i] for row in is_tissue)]
+        if not (0 < across[0] < 0.08 * width and 0.92 * width < across[-1] < width - 1) or any(is_tissue[0] + is_tissue[-1]):
+            wrong.append(f"picture {k + 1}: tissue from column {across[0]} to {across[-1]} of {width}")
+
+
 def check_contact(folder, printed):
     study = load(folder / "study.json")
     settings, cells = study["settings"], study["cells"]
@@ -284,6 +300,7 @@ def check_contact(folder, printed):
     check_contact_csv(folder, runs, errors)
     report = Report(folder / "report.html")
     check_contact_report(report, study, cells, runs)
+    check_pictures(folder)
     met = sum(c["meets_bar"] for c in cells)
     verdict_is(report, met == len(cells), None, "")
     if printed is not None:
