@@ -95,26 +95,30 @@ static OmStatus check_def(const OmRetractDef* def) {
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
-// A simulated world at rest, a robot, or the observations of a replay.
+// A simulated world, a robot, or the observations of a replay.
 static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
                             const OmProgress* progress, Setup* s) {
-    if (replay) {
-        OM_TRY(om_world_create_replayed(replay->log, &s->world));
-        return replay->is_settled ? OM_OK : OM_NOT_CONVERGED;
-    }
+    if (replay) return om_world_create_replayed(replay->log, &s->world);
     if (def->robot) {
         OmDdsWorldDef robot = *def->robot;
         robot.site = &s->twin_site;
-        OM_TRY(om_world_create_dds(&robot, &s->world));
-        return om_world_reset(s->world);
+        return om_world_create_dds(&robot, &s->world);
     }
     OM_TRY(om_site_build(def->scene, OM_SITE_WORLD, progress, &s->world_site));
     OM_TRY(om_world_check_visible(def->scene, &s->world_site));
-    OM_TRY(om_world_create_simulated(def->scene, &s->world_site, def->nworker, &s->world));
-    return om_world_reset(s->world);
+    return om_world_create_simulated(def->scene, &s->world_site, def->nworker, &s->world);
 }
 
-// Create sites, bodies, world and planner; let world and twin come to rest.
+// The twin's body, at rest.
+// @return OM_OK; OM_NOT_CONVERGED (it still moves); errors of om_body_create
+static OmStatus build_twin(const OmRetractDef* def, Setup* s) {
+    OM_TRY(om_body_create(def->scene, &s->twin_site, def->nworker, &s->twin));
+    return om__rest_settle(def->scene, s->twin, &s->nadded);
+}
+
+// Create sites, bodies, world and planner; let world and twin come to rest. From its reset on a robot's arms are
+// powered. So the twin settles before it, for seconds; not so a twin that is moved onto what the depth camera sees: its
+// scan must know where the arms are, which they say when they are homed.
 static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
                       Setup* s, bool* is_settled) {
     const OmScene* scene = def->scene;
@@ -124,17 +128,23 @@ static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmPro
     } else {
         OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
     }
-    const OmStatus world = build_world(def, replay, progress, s);
-    OM_TRY(world);
-    if (!replay) OM_TRY(om__retract_register(scene, s->world, &s->twin_site, &s->registration));
-    OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
+    OM_TRY(build_world(def, replay, progress, s));
+    const bool registers = !replay && om__retract_registers(scene, s->world);
+    OmStatus twin = OM_OK, world = OM_OK;
+    if (!registers) OM_TRY(twin = build_twin(def, s));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;
     planner.has_both_arms = replay ? replay->has_both_arms : def->has_both_arms;
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
     OM_TRY(om_planner_create(&planner, &s->planner));
-    OmStatus twin = om__rest_settle(scene, s->twin, &s->nadded);
-    OM_TRY(twin);
+    if (!replay)
+        OM_TRY(world = om_world_reset(s->world));
+    else if (!replay->is_settled)
+        world = OM_NOT_CONVERGED;
+    if (registers) {
+        OM_TRY(om__retract_register(scene, s->world, &s->twin_site, &s->registration));
+        OM_TRY(twin = build_twin(def, s));
+    }
     *is_settled = twin == OM_OK && world == OM_OK;
     return OM_OK;
 }

@@ -23,11 +23,15 @@ static OmStatus take_scan(OmWorld* world, const OmSite* site, OmScan* scan) {
     return status;
 }
 
+bool om__retract_registers(const OmScene* scene, const OmWorld* world) {
+    return scene->update.is_enabled && scene->update.registers &&
+           om_world_sources(world) & OM_OBSERVE_DEPTH;
+}
+
 OmStatus om__retract_register(const OmScene* scene, OmWorld* world, OmSite* site,
                               OmMatchVerdict* verdict) {
     memset(verdict, 0, sizeof *verdict);
-    if (!scene->update.is_enabled || !scene->update.registers) return OM_OK;
-    if (!(om_world_sources(world) & OM_OBSERVE_DEPTH)) return OM_OK;
+    if (!om__retract_registers(scene, world)) return OM_OK;
     OmScan scan = {0};
     OmMatch* match = NULL;
     OmMatchDef def = om_match_default_def(scene, site);

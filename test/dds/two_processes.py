@@ -9,6 +9,7 @@ defras         the same of a run with all that the loop can do, on a scene of th
 lock_step      actions, exposure and beliefs are those of a run within one process, to the last digit
 real_time      a run by the wall clock exposes the ROI; the robot prints its periods
 udp            the client of python/examples without DDS grasps and pulls, and says where no robot answers
+no_twin        a run whose twin cannot be made ends before the arms are homed
 interrupt      Ctrl-C ends the run at once, with its own exit code, and leaves a robot whose arms stand
 kill_robot     kill -9 of the robot ends the run with a sentence
 kill_client    kill -9 of the run leaves a robot that says so, stops the arms, serves, and ends well
@@ -25,7 +26,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "fast_dds": 105, "rust": 20}[CASE]) % 100)
+DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "no_twin": 37, "fast_dds": 105, "rust": 20}[CASE]) % 100)
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks
@@ -200,6 +201,24 @@ def defras():
     lock_step("--defras", "--plan", str(TMP / "plan/plan.json"))
 
 
+def no_twin():
+    """Its file is missing, which creating the body is the first to notice."""
+    robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "60")
+    wait_for("robot", "PSM1 and PSM2")
+    scene = pathlib.Path(SCENE).read_text(encoding="utf-8")
+    scene = scene.replace("tissue:\n", "tissue:\n  engine: umesh\n  weights: missing.safetensors\n")
+    (TMP / "scene.yaml").write_text(scene.replace("task:\n", "task:\n  watch_force: false\n"), encoding="utf-8")
+    run = begin("run", "retract", str(TMP / "scene.yaml"), "--world", "dds", "--domain", DOMAIN, "-q", "-o", str(TMP / "run_dir"))
+    code = run.wait(60)
+    robot.send_signal(signal.SIGINT)
+    if robot.wait(10) != 0:
+        fail(f"the robot ends with {robot.returncode}:\n{text('robot')}")
+    if code != 3 or "missing.safetensors" not in text("run"):
+        fail(f"exit code {code}:\n{text('run')}")
+    if "home" in text("robot"):
+        fail(f"the arms were homed:\n{text('robot')}")
+
+
 def real_time():
     robot = begin("robot", "dvrk", SCENE, "--domain", DOMAIN, "--time", "100")
     wait_for("robot", "PSM1 and PSM2")
@@ -229,5 +248,5 @@ def udp():
         fail(f"without a robot: exit code {alone.returncode}: {alone.stderr}")
 
 
-{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "fast_dds": fast_dds, "rust": rust, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
+{"real_time": real_time, "udp": udp, "lock_step": lock_step, "defras": defras, "interrupt": interrupt, "no_twin": no_twin, "fast_dds": fast_dds, "rust": rust, "kill_robot": kill_robot, "kill_client": kill_client}[CASE]()
 subprocess.run(["rm", "-rf", str(TMP)], check=True)
