@@ -83,7 +83,8 @@ OM_API OmStatus om_view3d_add_scene(OmView3d* view, OmText* messages);
 OM_API OmStatus om_view3d_add_frame(OmView3d* view, const OmViewNow* now, OmText* messages);
 /// Have the stress and contact of this moment in the next live frame.
 OM_API void om_view3d_want_stress(OmView3d* view);
-/// Append attached vertices of a body as points where its tissue has them now.
+/// Append attached vertices of a body as points where they are held: at their rest positions. A twin that learns of an
+/// attachment may have dragged its vertex elsewhere.
 /// @param attached  as om_body_attached
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_view3d_add_points(const OmBody* body, const unsigned char* attached,

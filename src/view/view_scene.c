@@ -388,7 +388,7 @@ void om_view3d_want_stress(OmView3d* v) { v->wants_stress = true; }
 
 OmStatus om_view3d_add_points(const OmBody* body, const unsigned char* attached, OmViewPoints kind,
                               OmText* messages) {
-    const double* x = om_body_x(body);
+    const double* x = om_body_site(body)->mesh.x;
     const int nvert = om_body_site(body)->mesh.nvert;
     uint32_t n = 0;
     size_t begin;

@@ -251,27 +251,42 @@ static void stresses_are_shares_of_the_largest(void** unused) {
     close_field(&f);
 }
 
-static void points_are_the_attached_vertices(void** unused) {
+// Of a lifted body, and one vertex more, which the arm holds far from where it would be attached.
+static void points_are_where_vertices_are_attached(void** unused) {
     (void)unused;
     Field f;
     OmText t = {0};
+    OmBodyReport report;
     size_t size;
+    int nheld, v = 0;
     assert_ok(open_field(&f));
-    const unsigned char* attached = om_body_attached(f.body);
+    const int nvert = f.site.mesh.nvert;
+    OmPose tip = om_pose_mul(f.site.pose_world_task,
+                             (OmPose){om_vec3(-0.05, -0.05, 0.005), om_pose_identity().q});
+    assert_ok(om_body_grasp(f.body, 0, tip, 0.02, &nheld));
+    tip.p = om_add(tip.p, om_quat_rotate(f.site.pose_world_task.q, om_vec3(0, 0, 0.03)));
+    assert_ok(om_body_move(f.body, 0, tip));
+    for (int i = 0; i < 3; ++i) assert_true(om_body_step(f.body, 0.02, &report) >= 0);
+    unsigned char* attached = om_calloc((size_t)nvert, 1);
+    assert_non_null(attached);
+    memcpy(attached, om_body_attached(f.body), (size_t)nvert);
+    while (om_body_held_by(f.body)[v] < 0) ++v;
+    attached[v] = 1;
+    assert_true(om_distance(om_load3(om_body_x(f.body), v), om_load3(f.site.mesh.x, v)) > 0.005);
     uint32_t n = 0;
     assert_ok(om_view3d_add_points(f.body, attached, OM_VIEW_TRUE, &t));
     const char* m = find_message(&t, 0, &size);
     assert_int_equal(u32(m), 3);
     assert_int_equal(u32(m + 4), OM_VIEW_TRUE);
-    for (int i = 0; i < f.site.mesh.nvert; ++i) {
+    for (int i = 0; i < nvert; ++i) {
         if (!attached[i]) continue;
         for (int k = 0; k < 3; ++k)
-            assert_near(f32(m + 12 + 4 * (3 * n + (uint32_t)k)), om_body_x(f.body)[3 * i + k],
-                        1e-7);
+            assert_near(f32(m + 12 + 4 * (3 * n + (uint32_t)k)), f.site.mesh.x[3 * i + k], 1e-7);
         ++n;
     }
-    assert_true(n > 0);
+    assert_true(n > 1);
     assert_int_equal(u32(m + 8), n);
+    om_free(attached);
     om_text_done(&t);
     close_field(&f);
 }
@@ -582,7 +597,7 @@ int main(void) {
         cmocka_unit_test(frames_hold_where_the_tissue_is),
         cmocka_unit_test(live_frames_are_whole),
         cmocka_unit_test(stresses_are_shares_of_the_largest),
-        cmocka_unit_test(points_are_the_attached_vertices),
+        cmocka_unit_test(points_are_where_vertices_are_attached),
         cmocka_unit_test(contact_is_that_of_the_body),
         cmocka_unit_test(chances_and_clouds),
         cmocka_unit_test(a_depth_picture_has_its_camera),
