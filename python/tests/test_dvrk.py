@@ -140,7 +140,10 @@ def test_slicers_stream(robot):
     pyigtl = pytest.importorskip("pyigtl")
     client = pyigtl.OpenIGTLinkClient("127.0.0.1", IGTL)
     tip = client.wait_for_message("PSM1", timeout=10)
+    client.send_message(pyigtl.TransformMessage(np.eye(4), device_name="Needle"), wait=True)  # nothing is done with it
+    later = client.wait_for_message("PSM1", timeout=10)
     client.stop()
+    assert later.timestamp > tip.timestamp
     assert tip.matrix[2, 3] == pytest.approx(75, abs=3) and np.allclose(tip.matrix[:3, :3] @ tip.matrix[:3, :3].T, np.eye(3), atol=1e-6)
     with socket.create_connection(("127.0.0.1", IGTL), timeout=10) as link:
         file, kind = link.makefile("rb"), b""

@@ -131,6 +131,11 @@ static OmStatus take_hand(OmDdsRobot* r, Hand* hand) {
         OM_TRY(refuse(r, hand, hand->servo_cp));
     OM_TRY(take_moves(r, hand));
     if (take_last(r, hand->hold, &m)) om__arm_hold(arm);
+    if (take_last(r, hand->freed, &m)) {
+        om__arm_hold(arm);
+        OM_TRY(
+            om__robot_words(r, hand->status, "free: the arm stops; it has no hand that moves it"));
+    }
     if (take_last(r, hand->ratio, &m) && om__arm_set_ratio(arm, m.number) < 0)
         OM_TRY(refuse(r, hand, hand->ratio));
     if (take_last(r, hand->jaw_servo, &m) && om__arm_jaw(arm, &m.joints) < 0)

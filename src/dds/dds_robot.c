@@ -56,6 +56,7 @@ static const Topic hand_topic[] = {
     IN(move_cp, LINK_POSE, "move_cp"),
     IN(move_jp, LINK_JOINTS, "move_jp"),
     IN(hold, LINK_EMPTY, "hold"),
+    IN(freed, LINK_EMPTY, "free"),
     IN(ratio, LINK_NUMBER, "trajectory_j/set_ratio"),
     IN(jaw_servo, LINK_JOINTS, "jaw/servo_jp"),
     IN(jaw_move, LINK_JOINTS, "jaw/move_jp"),

@@ -21,7 +21,8 @@ enum { POWER_ON, POWER_OFF, HOME, NSYSTEM };
 typedef struct Hand {  // an arm with its topics
     Arm core;
     char name[16];
-    int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, ratio, jaw_servo, jaw_move;
+    int state_command, servo_cp, servo_jp, move_cp, move_jp, hold, freed, ratio, jaw_servo,
+        jaw_move;
     int jaw_effort, tool_present, measured_cv;
     int measured_js, setpoint_js, measured_cp, setpoint_cp, local_measured, local_setpoint;
     int jaw_measured, jaw_setpoint, body_cf, spatial_cf;

@@ -23,7 +23,7 @@ typedef struct Served {  // a robot in lock-step, with a client of PSM1
     Link* link;
     int tick, state_command, servo_jp, move_jp, servo_cp, move_cp, jaw, hold, jaw_is, jaw_to,
         warning, error, setpoint_js, setpoint_cp;
-    int system[3], system_status, jaw_effort, tool_present, status, measured_cv;
+    int system[3], system_status, freed, jaw_effort, tool_present, status, measured_cv;
     int udp_port;
     char said[400];  // the last sentence of the robot
 } Served;
@@ -76,6 +76,7 @@ static void begin_with(Served* s, const OmPsm* tool) {
                  {&s->move_cp, LINK_OUT, LINK_POSE, "PSM1/move_cp"},
                  {&s->jaw, LINK_OUT, LINK_JOINTS, "PSM1/jaw/move_jp"},
                  {&s->hold, LINK_OUT, LINK_EMPTY, "PSM1/hold"},
+                 {&s->freed, LINK_OUT, LINK_EMPTY, "PSM1/free"},
                  {&s->jaw_is, LINK_IN, LINK_JOINTS, "PSM1/jaw/measured_js"},
                  {&s->jaw_to, LINK_IN, LINK_JOINTS, "PSM1/jaw/setpoint_js"},
                  {&s->system[0], LINK_OUT, LINK_EMPTY, "system/power_on"},
@@ -653,6 +654,17 @@ static void whole_system(void** unused) {
         const double after = last(&s, s.setpoint_js).joints.position[3];
         assert_int_equal(after > before, k < 2);
     }
+    // free is a hold here: a move ends before its goal
+    q[3] -= 2;
+    drive(&s, s.move_jp, q);
+    for (int k = 0; k < 3; ++k) step(&s, DT);
+    last(&s, s.status);
+    assert_ok(om__link_write(s.link, s.freed, &(LinkMessage){0}));
+    step(&s, DT);
+    assert_non_null(strstr(last(&s, s.status).text, "free: the arm stops"));
+    const double there = last(&s, s.setpoint_js).joints.position[3];
+    for (int k = 0; k < 3; ++k) step(&s, DT);
+    assert_near(last(&s, s.setpoint_js).joints.position[3], there, 0);
     assert_ok(om__link_write(s.link, s.tool_present, &(LinkMessage){.is_on = true}));
     step(&s, DT);
     assert_non_null(strstr(last(&s, s.status).text, "emulate_tool_present"));
