@@ -190,7 +190,7 @@ typedef struct OmSceneWorld {  // settings of the simulated world that the twin 
     // A grasp slips where the force on the jaws exceeds grip_friction x grip_force: the tissue is free, and the jaws
     // close on nothing. Coulomb's friction; default below 0: no grasp slips.
     double grip_friction;
-    double grip_force;  // N, of the jaws on the tissue; default 8
+    double grip_force;  // N, of jaws sent to 0; more below 0, twice from -5 degrees on; default 8
     // Pa: an attached vertex tears off for good where the force of its attachment exceeds this times its area
     // (OmSite.attach_area); default 0: nothing tears
     double tear_strength;

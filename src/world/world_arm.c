@@ -61,6 +61,11 @@ void om__world_arm_step(const OmScene* scene, const OmPsm* psm, int index, doubl
         om__world_arm_stop(arm);
 }
 
+// Tissue stops the jaw, and its controller presses as a spring on what is left to the goal, up to a largest torque.
+double om__world_arm_grip(const ArmState* arm) {
+    return fmin(2, 1 + fmax(0, -arm->jaw_goal) / JAW_ON_TISSUE);
+}
+
 double om__world_arm_next_jaw(const ArmState* arm, double dt) {
     const double limit = JAW_SPEED * dt;
     return arm->jaw + fmax(-limit, fmin(limit, arm->jaw_goal - arm->jaw));

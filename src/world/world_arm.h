@@ -33,6 +33,8 @@ void om__world_arm_stop(ArmState* arm);
 // Advance the tip; it stops at a point of the path that is out of reach.
 void om__world_arm_step(const OmScene* scene, const OmPsm* psm, int index, double dt,
                         ArmState* arm);
+// How hard a jaw closes, as a factor of the force at goal 0: more below it, twice at the most.
+double om__world_arm_grip(const ArmState* arm);
 // The angle of a jaw after `dt` where nothing is in its way, rad.
 double om__world_arm_next_jaw(const ArmState* arm, double dt);
 // What arms measure, without forces.

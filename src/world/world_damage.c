@@ -32,12 +32,12 @@ void om__world_damage_done(OmWorldDamage* d) {
     *d = (OmWorldDamage){.grip = -1};
 }
 
-static OmStatus slip(const OmWorldDamage* d, OmBody* body) {
+static OmStatus slip(const OmWorldDamage* d, const double closing[OM_MAX_ARM], OmBody* body) {
     OmBodyForces forces;
     if (!om_body_is_holding(body, 0) && !om_body_is_holding(body, 1)) return OM_OK;
     OM_TRY(om_body_get_forces(body, &forces));
     for (int a = 0; a < OM_MAX_ARM; ++a)
-        if (om_body_is_holding(body, a) && om_norm(forces.grasp[a]) > d->grip)
+        if (om_body_is_holding(body, a) && om_norm(forces.grasp[a]) > closing[a] * d->grip)
             om_body_release(body, a);
     return OM_OK;
 }
@@ -60,7 +60,8 @@ static OmStatus tear(const OmWorldDamage* d, OmBody* body) {
     return ntorn > 0 ? om_body_set_attachment(body, n, d->vert, NULL, d->stiffness) : OM_OK;
 }
 
-OmStatus om__world_damage_step(const OmWorldDamage* d, OmBody* body) {
-    if (d->grip >= 0) OM_TRY(slip(d, body));
+OmStatus om__world_damage_step(const OmWorldDamage* d, const double closing[OM_MAX_ARM],
+                               OmBody* body) {
+    if (d->grip >= 0) OM_TRY(slip(d, closing, body));
     return d->strength ? tear(d, body) : OM_OK;
 }

@@ -156,7 +156,9 @@ static OmStatus step_tissue(SimWorld* w, double dt) {
     OmBodyReport report;
     OM_TRY(om_body_step(w->body, dt, &report));
     w->is_sense_stale = true;
-    return om__world_damage_step(&w->damage, w->body);
+    double closing[OM_MAX_ARM];
+    for (int a = 0; a < OM_MAX_ARM; ++a) closing[a] = om__world_arm_grip(&w->now.arm[a]);
+    return om__world_damage_step(&w->damage, closing, w->body);
 }
 
 static OmStatus sim_advance(OmWorld* world, double dt) {

@@ -63,6 +63,27 @@ static void test_a_grasp_slips_beyond_friction(void** state) {
     }
 }
 
+// A jaw that is sent below 0 closes harder: 1.5 times at -2.5 degrees, twice from -5 on. The weight is 1.2 of the force
+// that it bears at 0.
+static void test_a_negative_jaw_closes_harder(void** state) {
+    (void)state;
+    const double weight = WEIGHT_AREA * 0.06 * 0.06, goal[] = {0, -0.5, -2.5, -5, -15},
+                 part[] = {1.2, 1.2, 1.2, 1.8, 2.2};
+    for (int k = 0; k < 5; ++k) {
+        Field f;
+        OmScene scene = loose_sheet();
+        scene.world.grip_force = 3;
+        scene.world.grip_friction = weight / part[k] / scene.world.grip_force;
+        setup(&f, scene);
+        assert_true(om_world_reset(f.world) >= 0);
+        grasp_at(&f, 0, om_vec3(0, 0, THICKNESS));
+        assert_ok(om_world_set_jaw(f.world, 0, goal[k] * OM_PI / 180));
+        lift(&f, 0.05);
+        assert_int_equal(is_holding(&f, 0), k == 2 || k == 3);
+        teardown(&f);
+    }
+}
+
 static int count_attached(Field* f) {
     const unsigned char* attached = om_body_attached(om_world_truth(f->world));
     int n = 0;
@@ -171,6 +192,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_grasp_slips_beyond_friction),
+        cmocka_unit_test(test_a_negative_jaw_closes_harder),
         cmocka_unit_test(test_attachments_tear_beyond_their_strength),
         cmocka_unit_test(test_a_pull_tears_a_border),
         cmocka_unit_test(test_failing_allocations_leak_nothing)};
