@@ -37,19 +37,19 @@ typedef struct Calibration {
     Pairs* pairs;           // of each layout
     TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
-    int first;  // first layout of the current round
     const OmProgress* progress;
+    atomic_int ndone;  // layouts
     atomic_flag is_reporting;
     atomic_bool is_cancelled;
 } Calibration;
 
-// Before each step of a layout: a layout takes a minute. One worker at a time reports.
+// Before each step of a layout: a layout takes minutes. One worker at a time reports.
 static OmStatus tick(void* ctx) {
     Calibration* c = ctx;
     if (atomic_load(&c->is_cancelled)) return om_error(OM_CANCELLED, "cancelled");
     if (atomic_flag_test_and_set(&c->is_reporting)) return OM_OK;
     const OmStatus status =
-        om_progress_report(c->progress, "calibrating force", c->first, c->nlayout);
+        om_progress_report(c->progress, "calibrating force", atomic_load(&c->ndone), c->nlayout);
     atomic_flag_clear(&c->is_reporting);
     if (status < 0) atomic_store(&c->is_cancelled, true);
     return status;
@@ -147,9 +147,12 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     (void)block;
     Calibration* c = ctx;
     for (int i = begin; i < end; ++i) {
-        TrialOutcome* o = &c->outcome[c->first + i];
-        o->status = run_layout(c, c->first + i);
-        if (o->status < 0) snprintf(o->message, sizeof o->message, "%s", om_error_message());
+        TrialOutcome* o = &c->outcome[i];
+        o->status = run_layout(c, i);
+        atomic_fetch_add(&c->ndone, 1);
+        if (o->status >= 0) continue;
+        snprintf(o->message, sizeof o->message, "%s", om_error_message());
+        atomic_store(&c->is_cancelled, true);  // the others end
     }
 }
 
@@ -238,14 +241,13 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
     OM_CALLOC_DONE(c.is_fixed, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
-    // One layout for each worker in a round.
-    int worker = om_worker_count(nworker);
-    for (; c.first < nlayout; c.first += worker) {
-        OM_TRY_DONE(om_progress_report(progress, "calibrating force", c.first, nlayout));
-        int n = nlayout - c.first < worker ? nlayout - c.first : worker;
-        om_parallel_for(worker, n, 1, run_layouts, &c);
-        for (int i = c.first; i < c.first + n; ++i) {
-            OM_CHECK_DONE(c.outcome[i].status >= 0, c.outcome[i].status, "layout %d: %s", i + 1,
+    OM_TRY_DONE(om_progress_report(progress, "calibrating force", 0, nlayout));
+    om_parallel_for(om_worker_count(nworker), nlayout, 1, run_layouts, &c);
+    // An error of a layout cancels the others: it comes first.
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < nlayout; ++i) {
+            const OmStatus s = c.outcome[i].status;
+            OM_CHECK_DONE(s >= 0 || (pass == 0 && s == OM_CANCELLED), s, "layout %d: %s", i + 1,
                           c.outcome[i].message);
         }
     }
