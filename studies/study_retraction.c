@@ -26,9 +26,11 @@ static OmStatus validate(const OmStudyRetractionDef* d) {
                                 {"ncase", d->ncase, 0, INT_MAX},
                                 {"first", d->first, 0, RETRACTION_NPAIR - 1}};
     OM_TRY(STUDY_CHECK("retraction study", d, COOKIE, range));
-    OM_CHECK(d->draw.kind == OM_DRAW_PUBLISHED ||
-                 !(d->parts & ~(OM_RETRACTION_RANDOM | OM_RETRACTION_ALARMS)),
-             OM_INVALID, "retraction study: only random pairs and alarms have other seeds");
+    OM_CHECK(
+        d->draw.kind == OM_DRAW_PUBLISHED ||
+            !(d->parts & ~(OM_RETRACTION_RANDOM | OM_RETRACTION_ABLATIONS | OM_RETRACTION_ALARMS)),
+        OM_INVALID,
+        "retraction study: only random pairs, their ablations and alarms have other seeds");
     OM_CHECK(!(d->parts & OM_RETRACTION_KIDNEY) || d->data, OM_INVALID,
              "retraction study: the kidney needs data, the folder that holds ct_abdomen");
     return OM_OK;
@@ -73,8 +75,10 @@ static RetractionResult* add(Retraction* s, const char* name, bool is_asked) {
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
     const int searches = OM_RETRACTION_SEARCHES, ablations = OM_RETRACTION_ABLATIONS;
+    // Scenarios have published numbers alone: of another draw pairs are ablated.
+    const int ablated = d->draw.kind == OM_DRAW_PUBLISHED ? ablations : 0;
     const int nscenario =
-        count_wanted(d, OM_RETRACTION_SCENARIOS | ablations | searches, RETRACTION_NSCENARIO);
+        count_wanted(d, OM_RETRACTION_SCENARIOS | ablated | searches, RETRACTION_NSCENARIO);
     const int nlab = count_wanted(d, OM_RETRACTION_LABORATORY | searches, RETRACTION_NLAB);
     const int npair = count_wanted(d, OM_RETRACTION_RANDOM | ablations, RETRACTION_NPAIR);
     const int nalarm = count_wanted(d, OM_RETRACTION_ALARMS, RETRACTION_NALARM);

@@ -50,10 +50,10 @@ typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_de
     const char* out_dir;
     int parts;         // OmStudyRetractionPart, added; default: all but the kidney
     int ncase;         // the first N scenarios, pairs, sheets or laboratory cases; default 0: all
-    int first;         // random and alarms: the first pair or sheet, from 0; default 0
+    int first;         // random, ablations and alarms: the first pair or sheet, from 0; default 0
     const char* data;  // folder that holds ct_abdomen, needed for the kidney; default null
     bool is_quick;     // a coarse sheet, few cases; default false
-    OmStudyDraw draw;  // of random pairs and alarms; default: the published numbers
+    OmStudyDraw draw;  // of random pairs, their ablations and alarms; default: the published numbers
     // Table to which a judged draw is appended when it was run; null: none
     const char* draws;
     int nworker;  // runs at a time, of one thread each; default 0: one a processor

@@ -320,7 +320,7 @@ static void put_case_json(OmJson* json, const RetractionResult* r) {
     om_json_numbers(json, "roi_m", roi, 2);
     if (r->has_ceiling)
         om__put(json,
-                "possible? %d|sequences %d|sequences_exposed %d|best_visibility %f|"
+                "possible? %d|sequences_tried %d|sequences_exposed %d|best_visibility %f|"
                 "search_both_arms? %d|search_actions %d",
                 r->ceiling.is_possible, best->nsequence, best->nexposed, best->visibility,
                 r->ceiling.is_possible && best->first_block >= 0, best->naction);
