@@ -80,11 +80,6 @@ OmStatus bench_monitor(const BenchOptions* options) {
     om_picture_done(&obs.rgbd.color);
     row.work = "frame of 1,000 points, depth alone";
     OM_TRY_DONE(time_frames(monitor, &obs, &twin, x, &row));
-    om_monitor_destroy(monitor);
-    def.settings.region = OM_MONITOR_MOVED;
-    OM_TRY_DONE(om_monitor_create(&def, &monitor));
-    row.work = "the same, moved points alone";
-    OM_TRY_DONE(time_frames(monitor, &obs, &twin, x, &row));
     row.nworker = options->nworker;
     row.steps = 1;
     row.goal_ms = 0;

@@ -144,6 +144,7 @@ if [ -n "$room" ]; then
     tests dev dev "${only[@]}"
 else
     tests release release --not-label slow --limit $LIMIT --allowed tools/slow_quick_tests.txt --times build/times_release.json
+    stage "benchmarks compile" build release omentum_bench
     stage "demo" check_demo
     changed
     [ -n "$all" ] && whole='.*'

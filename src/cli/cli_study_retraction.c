@@ -16,7 +16,7 @@ static const OmCliOption option[] = {
     {"--first", NULL, "N", "random, ablations and alarms: the first pair or sheet, from 0", "0",
      NULL, 0, 99},
     {"--seed", NULL, "COMMIT",
-     "random, ablations and alarms: cases drawn from the hash of the sources (here), of a commit, or a hash; or development",
+     "random, ablations, alarms: cases drawn from the hash of the sources (here), a commit or a hash; or development",
      "the published ones"},
     {"--draw", NULL, "N", "of --seed: one of three draws", "1", NULL, 1, OM_STUDY_NDRAW},
     {"--draws", NULL, "FILE", "table to which a draw that was run is appended",
