@@ -12,9 +12,10 @@ extern "C" {
 
 /// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is
 /// grasped by the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured
-/// forces ignored; epsilon is twice the median of the largest pull of each grasp. A fifth of the grasps is
-/// repeated on the simulated truth: the margin is the 95 % quantile of how much more than the twin it bears while
-/// the twin is between half the threshold and the threshold. A motion ends at twice the scene's threshold.
+/// forces ignored; epsilon is twice the median of the largest pull of each grasp. A quarter of the grasps
+/// of free tissue is repeated on the simulated truth, until the twin's pull is above the threshold: the margin is the
+/// 95 % quantile of how much more than the twin it bears while the twin is above half the threshold. Steps of the truth
+/// that are not right do not count. A motion of the twin ends at twice the scene's threshold.
 typedef struct OmForceCalibration {
     int nrun;                                            // grasps that held free tissue
     double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls

@@ -8,11 +8,16 @@
 // and a median above it is an error.
 //
 // The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
-// attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. The margin is the 95 % quantile
-// of truth less twin over all instants at which the twin's pull is between half the threshold and the threshold.
+// attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth, until the twin's pull is above the
+// threshold, where the arms would stop. The margin is the 95 % quantile of truth less twin over all instants at which
+// the twin's pull is at least half the threshold, and the truth's step is right.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
 // pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
 // sorted by layout and block.
+//
+// Rejected: to repeat motions on the truth beyond the threshold: the truth, crumpled by pulls of twice the threshold,
+// took up to 20 minutes for a layout, and pulls that fall below the threshold again counted.
+#include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -30,14 +35,22 @@ typedef struct Pairs {  // twin's and truth's pull at the same instants, N
     double *twin, *truth;
 } Pairs;
 
+typedef struct Sample {  // a block of a layout
+    double largest;      // N, -1 where nothing was held
+    bool is_fixed;       // the block is above an attachment
+    Trace trace[3];      // the motions that the truth repeats; empty: none
+} Sample;
+
 typedef struct Calibration {
     const OmScene* scene;
-    double* largest;        // N, -1 where nothing was held (nlayout x nblock)
-    bool* is_fixed;         // the block is above an attachment (nlayout x nblock)
+    Sample* sample;         // (nlayout x nblock)
     Pairs* pairs;           // of each layout
     TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
+    double threshold;  // N
+    const char* stage;
     const OmProgress* progress;
+    OmStatus (*run)(struct Calibration* c, int layout);
     atomic_int ndone;  // layouts
     atomic_flag is_reporting;
     atomic_bool is_cancelled;
@@ -49,15 +62,16 @@ static OmStatus tick(void* ctx) {
     if (atomic_load(&c->is_cancelled)) return om_error(OM_CANCELLED, "cancelled");
     if (atomic_flag_test_and_set(&c->is_reporting)) return OM_OK;
     const OmStatus status =
-        om_progress_report(c->progress, "calibrating force", atomic_load(&c->ndone), c->nlayout);
+        om_progress_report(c->progress, c->stage, atomic_load(&c->ndone), c->nlayout);
     atomic_flag_clear(&c->is_reporting);
     if (status < 0) atomic_store(&c->is_cancelled, true);
     return status;
 }
 
-static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
-    for (int i = 0; i < trace->n; ++i) {
-        int capacity = p->capacity;  // that of both, once both have grown
+static OmStatus add_pairs(Pairs* p, const Trace* trace, int n, const double* truth) {
+    for (int i = 0; i < n; ++i) {
+        if (isnan(truth[i])) continue;  // of a step that is not right
+        int capacity = p->capacity;     // that of both, once both have grown
         OM_GROW(p->twin, p->n, capacity, 256);
         OM_GROW(p->truth, p->n, p->capacity, 256);
         p->twin[p->n] = trace->force[i];
@@ -66,8 +80,62 @@ static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
     return OM_OK;
 }
 
+// All motions of one grasp by the twin, recorded where `trace` is not null.
+static OmStatus try_grasp(Trial* twin, int block, double* largest, Trace* trace) {
+    static const OmPlanVerb fold[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
+    TrialResult course = {.trace = trace};
+    void* lifted = NULL;
+    double cap = CAP * twin->scene.task.force_threshold;
+    int nheld;
+    OM_TRY(om__trial_grasp(twin, block, &course, &nheld));
+    if (nheld == 0) return OM_OK;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om__trial_lift(twin, cap, &course));
+    *largest = course.force;
+    if (course.is_stopped || course.visibility >= twin->scene.task.visibility) goto done;
+    lifted = om_alloc(1, om_body_state_size(twin->body));
+    OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+    om_body_save(twin->body, lifted);
+    for (int k = 0; k < 2; ++k) {
+        if (k) om_body_restore(twin->body, lifted);
+        TrialResult c = {.tip = course.tip, .trace = trace ? &trace[1 + k] : NULL};
+        OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
+        *largest = fmax(*largest, c.force);
+    }
+done:
+    om_free(lifted);
+    return status;
+}
+
+static OmStatus run_twin(Calibration* c, int layout) {
+    Trial* twin;
+    OM_TRY(om__trial_create(c->scene, layout + 1, OM_SITE_TWIN, 1, &twin));
+    OmStatus status = OM_OK;
+    twin->tick = tick;
+    twin->tick_ctx = c;
+    twin->speed = SPEED_UP * c->scene->task.speed;
+    for (int b = 0, nfree = layout; status >= 0 && b < c->nblock; ++b) {
+        Sample* s = &c->sample[layout * c->nblock + b];
+        s->largest = -1;
+        if (twin->grid.vert[b] < 0) continue;
+        s->is_fixed = om__grid_is_fixed(&twin->grid, twin->body, b);
+        const bool has_truth = !s->is_fixed && nfree++ % TRUTH_EVERY == 0;
+        status = try_grasp(twin, b, &s->largest, has_truth ? s->trace : NULL);
+    }
+    om__trial_destroy(twin);
+    return status;
+}
+
+// The instants of a motion before the twin's pull is above the threshold.
+static int count_below(const Trace* trace, double threshold) {
+    int n = 0;
+    while (n < trace->n && trace->force[n] <= threshold) ++n;
+    return n;
+}
+
 // The same motions on the truth: the lift, then each fold from the lifted state.
-static OmStatus replay_grasp(Trial* truth, int block, const Trace trace[3], Pairs* pairs) {
+static OmStatus replay_grasp(Calibration* c, Trial* truth, int block, const Trace trace[3],
+                             Pairs* pairs) {
     OmStatus status = OM_OK;
     TrialResult course = {0};
     int nheld, longest = 0;
@@ -80,9 +148,11 @@ static OmStatus replay_grasp(Trial* truth, int block, const Trace trace[3], Pair
     lifted = om_alloc(1, om_body_state_size(truth->body));
     OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
     for (int k = 0; k < 3; ++k) {
+        const int n = count_below(&trace[k], c->threshold);
         if (k > 1) om_body_restore(truth->body, lifted);
-        OM_TRY_DONE(om__trial_replay(truth, &trace[k], force));
-        OM_TRY_DONE(add_pairs(pairs, &trace[k], force));
+        OM_TRY_DONE(om__trial_replay(truth, n, trace[k].tip, force));
+        OM_TRY_DONE(add_pairs(pairs, &trace[k], n, force));
+        if (k == 0 && n < trace[k].n) break;  // no fold follows
         if (k == 0) om_body_save(truth->body, lifted);
     }
 done:
@@ -91,54 +161,19 @@ done:
     return status;
 }
 
-// All motions of one grasp by the twin; the truth follows if it is not null.
-static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest, Pairs* pairs) {
-    static const OmPlanVerb fold[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
-    Trace trace[3] = {{0}, {0}, {0}};
-    TrialResult course = {.trace = &trace[0]};
-    void* lifted = NULL;
-    double cap = CAP * twin->scene.task.force_threshold;
-    int nheld;
-    OM_TRY(om__trial_grasp(twin, block, &course, &nheld));
-    if (nheld == 0) return OM_OK;
+static OmStatus run_truth(Calibration* c, int layout) {
+    Trial* truth = NULL;
     OmStatus status = OM_OK;
-    OM_TRY_DONE(om__trial_lift(twin, cap, &course));
-    *largest = course.force;
-    if (!course.is_stopped && course.visibility < twin->scene.task.visibility) {
-        lifted = om_alloc(1, om_body_state_size(twin->body));
-        OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
-        om_body_save(twin->body, lifted);
-        for (int k = 0; k < 2; ++k) {
-            if (k) om_body_restore(twin->body, lifted);
-            TrialResult c = {.tip = course.tip, .trace = &trace[1 + k]};
-            OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
-            *largest = fmax(*largest, c.force);
+    for (int b = 0; status >= 0 && b < c->nblock; ++b) {
+        const Sample* s = &c->sample[layout * c->nblock + b];
+        if (s->trace[0].n == 0) continue;
+        if (!truth) {
+            OM_TRY(om__trial_create(c->scene, layout + 1, OM_SITE_WORLD, 1, &truth));
+            truth->tick = tick;
+            truth->tick_ctx = c;
         }
+        status = replay_grasp(c, truth, b, s->trace, &c->pairs[layout]);
     }
-    if (truth) status = replay_grasp(truth, block, trace, pairs);
-done:
-    om_free(lifted);
-    for (int k = 0; k < 3; ++k) om__trace_done(&trace[k]);
-    return status;
-}
-
-static OmStatus run_layout(Calibration* c, int layout) {
-    Trial *twin = NULL, *truth = NULL;
-    OmStatus status = om__trial_create(c->scene, layout + 1, OM_SITE_TWIN, 1, &twin);
-    if (status == OM_OK) status = om__trial_create(c->scene, layout + 1, OM_SITE_WORLD, 1, &truth);
-    for (int b = 0, nfree = layout; status >= 0 && b < c->nblock; ++b) {
-        double* largest = &c->largest[layout * c->nblock + b];
-        *largest = -1;
-        if (twin->grid.vert[b] < 0) continue;
-        twin->tick = truth->tick = tick;
-        twin->tick_ctx = truth->tick_ctx = c;
-        twin->speed = SPEED_UP * c->scene->task.speed;
-        bool is_fixed = om__grid_is_fixed(&twin->grid, twin->body, b);
-        bool has_truth = !is_fixed && nfree++ % TRUTH_EVERY == 0;
-        c->is_fixed[layout * c->nblock + b] = is_fixed;
-        status = try_grasp(twin, has_truth ? truth : NULL, b, largest, &c->pairs[layout]);
-    }
-    om__trial_destroy(twin);
     om__trial_destroy(truth);
     return status;
 }
@@ -148,12 +183,31 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     Calibration* c = ctx;
     for (int i = begin; i < end; ++i) {
         TrialOutcome* o = &c->outcome[i];
-        o->status = run_layout(c, i);
+        o->status = c->run(c, i);
         atomic_fetch_add(&c->ndone, 1);
         if (o->status >= 0) continue;
         snprintf(o->message, sizeof o->message, "%s", om_error_message());
         atomic_store(&c->is_cancelled, true);  // the others end
     }
+}
+
+// Run a stage of all layouts.
+static OmStatus run_stage(Calibration* c, const char* name,
+                          OmStatus (*run)(Calibration* c, int layout), int nworker) {
+    c->stage = name;
+    c->run = run;
+    atomic_store(&c->ndone, 0);
+    OM_TRY(om_progress_report(c->progress, name, 0, c->nlayout));
+    om_parallel_for(nworker, c->nlayout, 1, run_layouts, c);
+    // An error of a layout cancels the others: it comes first.
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < c->nlayout; ++i) {
+            const OmStatus s = c->outcome[i].status;
+            OM_CHECK(s >= 0 || (pass == 0 && s == OM_CANCELLED), s, "layout %d: %s", i + 1,
+                     c->outcome[i].message);
+        }
+    }
+    return OM_OK;
 }
 
 static double quantile(const double* sorted, int n, double share) {
@@ -191,11 +245,13 @@ static double median_of(const double* sorted, int n) {
 static int take_samples(const Calibration* c, bool is_fixed, double* sample) {
     int n = 0;
     for (int i = 0; i < c->nlayout * c->nblock; ++i)
-        if (c->largest[i] >= 0 && c->is_fixed[i] == is_fixed) sample[n++] = c->largest[i];
+        if (c->sample[i].largest >= 0 && c->sample[i].is_fixed == is_fixed)
+            sample[n++] = c->sample[i].largest;
     om_sort_doubles(sample, n);
     return n;
 }
 
+// The threshold.
 static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
     OmStatus status = OM_OK;
     double* sample = NULL;
@@ -217,7 +273,6 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
         "%s: half of the grasps take more than %g N, where the calibration ends a motion; make "
         "force_threshold larger and calibrate again",
         om_scene_label(c->scene), CAP * c->scene->task.force_threshold);
-    status = find_margin(c, out);
 done:
     om_free(sample);
     return status;
@@ -237,29 +292,24 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
                      .progress = progress,
                      .is_reporting = ATOMIC_FLAG_INIT};
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
-    OM_CALLOC_DONE(c.is_fixed, (size_t)nlayout * (size_t)c.nblock);
+    OM_CALLOC_DONE(c.sample, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
-    OM_TRY_DONE(om_progress_report(progress, "calibrating force", 0, nlayout));
-    om_parallel_for(om_worker_count(nworker), nlayout, 1, run_layouts, &c);
-    // An error of a layout cancels the others: it comes first.
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int i = 0; i < nlayout; ++i) {
-            const OmStatus s = c.outcome[i].status;
-            OM_CHECK_DONE(s >= 0 || (pass == 0 && s == OM_CANCELLED), s, "layout %d: %s", i + 1,
-                          c.outcome[i].message);
-        }
-    }
-    status = summarise(&c, calibration);
+    const int worker = om_worker_count(nworker);
+    OM_TRY_DONE(run_stage(&c, "pulls of the twin", run_twin, worker));
+    OM_TRY_DONE(summarise(&c, calibration));
+    c.threshold = calibration->threshold;
+    OM_TRY_DONE(run_stage(&c, "pulls of the truth", run_truth, worker));
+    status = find_margin(&c, calibration);
 done:
     for (int k = 0; c.pairs && k < nlayout; ++k) {
         om_free(c.pairs[k].twin);
         om_free(c.pairs[k].truth);
     }
+    for (int k = 0; c.sample && k < 3 * nlayout * c.nblock; ++k)
+        om__trace_done(&c.sample[k / 3].trace[k % 3]);
     om_free(c.pairs);
-    om_free(c.largest);
-    om_free(c.is_fixed);
+    om_free(c.sample);
     om_free(c.outcome);
     return status;
 }

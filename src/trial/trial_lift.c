@@ -82,7 +82,7 @@ void om__trace_done(Trace* trace) {
     *trace = (Trace){0};
 }
 
-// One step with the tip at a given place; `force` receives the pull.
+// One step with the tip at a given place; `force` receives the pull. OM_NOT_CONVERGED: the step is not right.
 static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     OmBodyReport report;
     OmBodyForces forces;
@@ -93,11 +93,15 @@ static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     OM_TRY(om_body_get_forces(t->body, &forces));
     *force = 0;
     for (int k = 0; k < OM_MAX_ARM; ++k) *force = fmax(*force, om_norm(forces.pull[k]));
-    return OM_OK;
+    return status;
 }
 
-OmStatus om__trial_replay(Trial* t, const Trace* trace, double* force) {
-    for (int i = 0; i < trace->n; ++i) OM_TRY(step(t, trace->tip[i], &force[i]));
+OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double* force) {
+    for (int i = 0; i < n; ++i) {
+        const OmStatus status = step(t, tip[i], &force[i]);
+        if (status < 0) return status;
+        if (status == OM_NOT_CONVERGED) force[i] = NAN;
+    }
     return OM_OK;
 }
 

@@ -53,7 +53,7 @@ OmStatus om__trial_second_fold(Trial* trial, OmPlanVerb verb, OmVec3 lifted, dou
                                TrialResult* course);
 // Keep the tip still; `least` receives the smallest share of the ROI seen meanwhile.
 OmStatus om__trial_hold(Trial* trial, double seconds, double* least, TrialResult* course);
-// Repeat a motion; `force` receives the pull at every step of the trace, N.
-OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);
+// Bring the tip to n places, a step each; `force` receives the pull at each, N, NaN where the step is not right.
+OmStatus om__trial_replay(Trial* trial, int n, const OmVec3* tip, double* force);
 
 #endif
