@@ -13,9 +13,10 @@ extern "C" {
 /// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is
 /// grasped by the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured
 /// forces ignored; epsilon is twice the median of the largest pull of each grasp. A quarter of the grasps
-/// of free tissue is repeated on the simulated truth, until the twin's pull is above the threshold: the margin is the
-/// 95 % quantile of how much more than the twin it bears while the twin is above half the threshold. Steps of the truth
-/// that are not right do not count. A motion of the twin ends at twice the scene's threshold.
+/// of free tissue is repeated on the simulated truth, until the twin's pull is above the threshold. The arms act at the
+/// limit, the threshold less the margin: the largest for which the truth stays below the threshold in 95 % of the
+/// instants at which the twin's pull is between three quarters of the limit, where motions slow down, and the limit.
+/// Steps of the truth that are not right do not count. A motion of the twin ends at twice the scene's threshold.
 typedef struct OmForceCalibration {
     int nrun;                                            // grasps that held free tissue
     double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls
@@ -24,7 +25,7 @@ typedef struct OmForceCalibration {
     double held_median;  // N, of their largest pulls; 0: none
     double margin;       // N, for OmSceneTask.force_margin
     double more_median;  // N, the median of truth less twin
-    int npair;           // instants at which truth and twin were compared
+    int npair;           // instants between three quarters of the limit and the limit
 } OmForceCalibration;
 /// Measure threshold and margin of a scene, as above.
 /// @return OM_OK; OM_INVALID (no grasp succeeds, or half of the grasps reach twice the threshold);

@@ -18,7 +18,6 @@
 
 #include "act/act_state.h"
 
-#define SLOW_FROM 0.75    // fraction of the limit above which a motion slows down
 #define RATE_STEP 0.125   // the rate changes in steps of this size
 #define STILL_RATE 0.02   // fraction of the nominal speed above the limit
 #define FOLLOW_LAG 0.015  // m, that an arm may be behind its command

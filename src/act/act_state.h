@@ -51,6 +51,7 @@ static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
 #define LOOK_EVERY 5     // ticks between looks through the endoscope
 
 // What ends a motion that holds tissue (act_motion.c).
+#define SLOW_FROM 0.75    // fraction of the force limit above which a motion slows down
 #define SLOW_RATE 0.25    // fraction of the nominal speed at the force limit
 #define SLOW_TIME 0.6     // s above the force limit, in one motion, after which the motion ends
 #define OVER_FACTOR 1.5   // times the limit; above it a motion ends at once

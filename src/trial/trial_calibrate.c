@@ -9,14 +9,15 @@
 //
 // The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
 // attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth, until the twin's pull is above the
-// threshold, where the arms would stop. The margin is the 95 % quantile of truth less twin over all instants at which
-// the twin's pull is at least half the threshold, and the truth's step is right.
+// threshold. The arms act at a limit L: they slow down from three quarters of L on, stand still above it, and feel the
+// twin's pull. L is the largest for which the truth stays below the threshold in 95 % of the instants at which the
+// twin's pull is between 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
 // pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
 // sorted by layout and block.
 //
-// Rejected: to repeat motions on the truth beyond the threshold: the truth, crumpled by pulls of twice the threshold,
-// took up to 20 minutes for a layout, and pulls that fall below the threshold again counted.
+// Rejected: the 95 % quantile of truth less twin while the twin is between half the threshold and the threshold, where
+// the arms never pull; to repeat motions on the truth beyond the threshold: crumpled, it took 20 minutes for a layout.
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -29,6 +30,8 @@
 #define CAP 2.0
 #define TRUTH_EVERY 4
 #define MARGIN_QUANTILE 0.95
+#define NLIMIT 100       // limits that are tried, hundredths of the threshold
+#define MIN_INSTANTS 10  // that tell of a limit
 
 typedef struct Pairs {  // twin's and truth's pull at the same instants, N
     int n, capacity;
@@ -215,26 +218,57 @@ static double quantile(const double* sorted, int n, double share) {
     return sorted[i < n ? i : n - 1];
 }
 
+// What the truth bears, or bears more than the twin, while the twin's pull is between SLOW_FROM and all of a limit,
+// sorted; returns how many.
+static int take_truth(int n, const double* twin, const double* truth, double limit, bool is_more,
+                      double* taken) {
+    int num = 0;
+    for (int i = 0; i < n; ++i)
+        if (twin[i] >= SLOW_FROM * limit && twin[i] <= limit)
+            taken[num++] = truth[i] - (is_more ? twin[i] : 0);
+    om_sort_doubles(taken, num);
+    return num;
+}
+
+double om__trial_limit(int n, const double* twin, const double* truth, double threshold,
+                       double* scratch) {
+    for (int k = NLIMIT; k >= NLIMIT / 10; --k) {
+        const double limit = threshold * k / NLIMIT;
+        const int num = take_truth(n, twin, truth, limit, false, scratch);
+        if (num >= MIN_INSTANTS && quantile(scratch, num, MARGIN_QUANTILE) <= threshold)
+            return limit;
+    }
+    return 0;
+}
+
 static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
-    int total = 0, n = 0;
-    for (int k = 0; k < c->nlayout; ++k) total += c->pairs[k].n;
-    double* more;
-    OM_ALLOC(more, total);
-    for (int k = 0; k < c->nlayout; ++k) {
-        const Pairs* p = &c->pairs[k];
-        for (int i = 0; i < p->n; ++i) {
-            if (p->twin[i] >= 0.5 * out->threshold && p->twin[i] <= out->threshold)
-                more[n++] = p->truth[i] - p->twin[i];
+    int n = 0;
+    OmStatus status = OM_OK;
+    double *twin = NULL, *truth = NULL, *scratch = NULL;
+    for (int k = 0; k < c->nlayout; ++k) n += c->pairs[k].n;
+    OM_ALLOC_DONE(twin, n);
+    OM_ALLOC_DONE(truth, n);
+    OM_ALLOC_DONE(scratch, n);
+    n = 0;
+    for (int k = 0; k < c->nlayout; ++k)
+        for (int i = 0; i < c->pairs[k].n; ++i) {
+            twin[n] = c->pairs[k].twin[i];
+            truth[n++] = c->pairs[k].truth[i];
         }
-    }
-    out->npair = n;
-    if (n > 0) {
-        om_sort_doubles(more, n);
-        out->more_median = quantile(more, n, 0.5);
-        out->margin = fmax(0, quantile(more, n, MARGIN_QUANTILE));
-    }
-    om_free(more);
-    return OM_OK;
+    const double limit = om__trial_limit(n, twin, truth, out->threshold, scratch);
+    OM_CHECK_DONE(limit > 0, OM_INVALID,
+                  "%s: the truth bears more than %.3g N, twice the median of the twin's pulls, "
+                  "even where the twin bears a tenth of it; or there are fewer than %d instants: "
+                  "take more layouts",
+                  om_scene_label(c->scene), out->threshold, MIN_INSTANTS);
+    out->margin = out->threshold - limit;
+    out->npair = take_truth(n, twin, truth, limit, true, scratch);
+    out->more_median = quantile(scratch, out->npair, 0.5);
+done:
+    om_free(twin);
+    om_free(truth);
+    om_free(scratch);
+    return status;
 }
 
 static double median_of(const double* sorted, int n) {

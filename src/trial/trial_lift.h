@@ -56,4 +56,9 @@ OmStatus om__trial_hold(Trial* trial, double seconds, double* least, TrialResult
 // Bring the tip to n places, a step each; `force` receives the pull at each, N, NaN where the step is not right.
 OmStatus om__trial_replay(Trial* trial, int n, const OmVec3* tip, double* force);
 
+// trial_calibrate.c: the largest limit, N, for which 95 % of what the truth bears while the twin bears between
+// SLOW_FROM of it and all of it is at most the threshold; 0: there is none. `scratch` has room for n.
+double om__trial_limit(int n, const double* twin, const double* truth, double threshold,
+                       double* scratch);
+
 #endif

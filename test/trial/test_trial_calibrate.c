@@ -2,6 +2,7 @@
 #include "easy_scene.h"
 #include "omentum/trial_search.h"
 #include "test_common.h"
+#include "trial/trial_lift.h"
 
 // Without weight the pull of the truth is in proportion to its modulus, at every instant of lift and folds.
 static void calibrate(double young_factor, OmForceCalibration* c) {
@@ -26,15 +27,34 @@ static void a_stiffer_truth_bears_more(void** state) {
     print_message("epsilon %g N, %d instants, median %g and %g N, margin %g and %g N\n",
                   soft.threshold, soft.npair, soft.more_median, stiff.more_median, soft.margin,
                   stiff.margin);
-    assert_true(soft.npair > 2);
-    assert_int_equal(soft.npair, stiff.npair);  // the instants are the twin's
-    assert_near(soft.threshold, stiff.threshold, 0);
-    // the twin's median m is between half of epsilon and epsilon: truth - m, then 2 truth - m
-    const double truth = stiff.more_median - soft.more_median;
-    assert_near(truth - soft.more_median, 0.75 * soft.threshold, 0.25 * soft.threshold);
+    assert_near(soft.threshold, stiff.threshold, 0);  // of the twin alone
+    assert_true(soft.npair >= 10 && stiff.npair >= 10);
+    assert_true(stiff.margin > soft.margin && stiff.more_median > soft.more_median);
+}
+
+// The truth bears 1.6 times as much, at each of 1,000 pulls up to the threshold: of the pulls between 3/4 L and L
+// 95 % are below (0.75 + 0.95 * 0.25) L, where the truth bears 1.58 L.
+static void the_limit_keeps_the_truth_below_the_threshold(void** state) {
+    (void)state;
+    enum { N = 1000 };
+    double twin[N], truth[N], scratch[N];
+    const double epsilon = 1.32;
+    for (int i = 0; i < N; ++i) {
+        twin[i] = epsilon * (i + 0.5) / N;
+        truth[i] = 1.6 * twin[i];
+    }
+    assert_near(om__trial_limit(N, twin, truth, epsilon, scratch), epsilon * 0.63, 1e-12);
+    for (int i = 0; i < N; ++i) truth[i] = 0.9 * twin[i];
+    assert_near(om__trial_limit(N, twin, truth, epsilon, scratch), epsilon, 0);
+    for (int i = 0; i < N; ++i) truth[i] = 1.1 * epsilon;  // whatever the twin bears
+    assert_near(om__trial_limit(N, twin, truth, epsilon, scratch), 0, 0);
+    assert_near(om__trial_limit(9, twin, twin, epsilon, scratch), 0, 0);  // too few
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_stiffer_truth_bears_more)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stiffer_truth_bears_more),
+        cmocka_unit_test(the_limit_keeps_the_truth_below_the_threshold),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
