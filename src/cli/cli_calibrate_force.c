@@ -32,8 +32,8 @@ static int calibrate(const OmCliRetract* s) {
         "largest %.3f, cut off at twice the threshold)\n"
         "%d grasps above attachments, which the robot leaves out: median %.3f N\n"
         "force_threshold: %.2f  # N, twice the median of free tissue; thesis 0.3 N for its sheet\n"
-        "force_margin: %.2f  # N: the arms act at %.2f N of the twin, where the truth stays below the threshold in 95 %%\n"
-        "of %d instants; it bears %.2f N more than the twin (median)\n",
+        "force_margin: %.2f  # N: the arms act at %.2f N of the twin, where the truth stays below the threshold\n"
+        "in 95 %% of %d instants; it bears %.2f N more than the twin (median)\n",
         s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
         c.nheld, c.held_median, c.threshold, c.margin, c.threshold - c.margin, c.npair,
         c.more_median);
