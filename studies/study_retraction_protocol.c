@@ -37,11 +37,11 @@
 #define FRICTION 0.2
 #define PART_LIMIT_1 0.006  // m
 #define PART_LIMIT_2 0.012  // m
-#define MARGIN 0.78         // N
+#define MARGIN 0.49         // N
 #define TOOL_NOISE \
     (0.0017 / 1.596)  // m: 1.7 mm mean length of a tool error (6.5.3), normal along each axis
 // Laboratory: the same calibration of the silicone sheet.
-#define LAB_EPSILON 12.02
+#define LAB_EPSILON 23.65
 #define LAB_MARGIN 0
 #define LAB_VISIBILITY_MARGIN 0.17
 

@@ -21,9 +21,9 @@
 #define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 25
-#define METHOD_FRAS 8
-#define METHOD_SEARCH 5
+#define METHOD 26
+#define METHOD_FRAS 9
+#define METHOD_SEARCH 6
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -134,7 +134,7 @@ static uint64_t hash_task(const Task* t) {
                             s->world.tool_noise,
                             s->task.grid,
                             s->task.force_threshold,
-                            s->task.force_margin,
+                            is_search(t->row) ? 0 : s->task.force_margin,
                             s->task.speed};
     return om_hash(value, sizeof value, OM_HASH_SEED);
 }
