@@ -81,10 +81,10 @@ static OmStatus take_picture(const Field* f, const char* path) {
     int id, *vert = NULL;
     const OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     OmCamera camera = {
-        om_pose_look_at(om_vec3(0.06, -0.14, 0.06), om_vec3(0.037, 0.02, 0.008), om_vec3(0, 0, 1)),
+        om_pose_look_at(om_vec3(0.06, -0.14, 0.06), om_vec3(0.034, 0.02, 0.005), om_vec3(0, 0, 1)),
         560,
-        360,
-        0.42,
+        260,
+        0.224,
         0.01,
         1};
     OmSenseOptions options = om_sense_options_default();
