@@ -110,3 +110,12 @@ def test_a_depth_picture_without_depths_says_so():
     for nothing in (np.nan, 0):
         (text, file), = warned(lambda: om.Scan.from_depth(np.full((30, 40), nothing), camera))
         assert "no pixel" in text and file == __file__
+
+
+def test_an_inverted_element_says_what_to_do(box):
+    """Under 60 times its weight a soft block folds with the default law; the law that the message names does not fold."""
+    options = {"element": "linear", "young": 1000, "gravity": (0, 0, -600)}
+    with pytest.raises(om.NotConverged, match="inverted at rest: .* neo-Hookean"):
+        om.Tissue(box, **options).find_rest()
+    tissue = om.Tissue(box, law="neo-hookean", **options)
+    assert tissue.find_rest(strict=False).ninverted == 0

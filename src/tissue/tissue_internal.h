@@ -32,6 +32,10 @@ struct OmTissueModel {
     double total_mu;        // J, sum of V mu over elements
 };
 
+// Of elements that are inverted: the remedy.
+#define OM__INVERTED                                                                                \
+    "the load is more than its law bears there; law neo-Hookean resists, and a larger grasp, more " \
+    "attachments, stiffer tissue or smaller loads help"
 #define OM__MAX_STIFFNESS 1e9  // N/m, of the spring of an attached vertex
 
 typedef struct OmTissueArm {

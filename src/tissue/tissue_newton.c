@@ -387,7 +387,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
     report->substeps = 1;
     memset(om__state_array(s, OM__V), 0, 3 * (size_t)w->nvert * sizeof(double));
     if (report->ninverted > 0)
-        return om_error(OM_NOT_CONVERGED, "tissue: %d elements are inverted at rest",
+        return om_error(OM_NOT_CONVERGED, "tissue: %d elements are inverted at rest: " OM__INVERTED,
                         report->ninverted);
     return status;
 }

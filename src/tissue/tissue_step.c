@@ -486,7 +486,8 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
                         s->time, m->def.max_work, report->iterations, report->substeps,
                         report->newton);
     if (report->ninverted == 0) return outcome;
-    return om_error(OM_NOT_CONVERGED, "tissue: %d elements are inverted after the step at %.4g s",
+    return om_error(OM_NOT_CONVERGED,
+                    "tissue: %d elements are inverted after the step at %.4g s: " OM__INVERTED,
                     report->ninverted, s->time);
 }
 
