@@ -72,7 +72,7 @@ err add -o DIR
 
 $ omentum study retraction --part scenarios --seed development -q -o out
 exit 3
-err only random pairs and alarms
+err only random pairs, their ablations and alarms
 
 $ omentum study retraction --part random --seed HEAD -o out
 exit 2
