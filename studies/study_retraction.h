@@ -53,8 +53,8 @@ typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_de
     int first;         // random, ablations and alarms: the first pair or sheet, from 0; default 0
     const char* data;  // folder that holds ct_abdomen, needed for the kidney; default null
     bool is_quick;     // a coarse sheet, few cases; default false
-    OmStudyDraw
-        draw;  // of random pairs, their ablations and alarms; default: the published numbers
+    // Of random pairs, their ablations and alarms; default: the published numbers.
+    OmStudyDraw draw;
     // Table to which a judged draw is appended when it was run; null: none
     const char* draws;
     int nworker;  // runs at a time, of one thread each; default 0: one a processor
