@@ -24,12 +24,12 @@ typedef struct OmForceCalibration {
     int nheld;           // grasps above attachments, which the threshold leaves out
     double held_median;  // N, of their largest pulls; 0: none
     double margin;       // N, for OmSceneTask.force_margin
-    double more_median;  // N, the median of truth less twin
+    double more_median;  // N, the median of truth less twin, at the instants of npair
     int npair;           // instants between three quarters of the limit and the limit
 } OmForceCalibration;
 /// Measure threshold and margin of a scene, as above.
-/// @return OM_OK; OM_INVALID (no grasp succeeds, or half of the grasps reach twice the threshold);
-///        OM_NO_MEMORY; OM_CANCELLED
+/// @return OM_OK; OM_INVALID (no grasp succeeds, half of the grasps reach twice the threshold, or the truth bears more
+///        than the threshold at every limit); OM_NO_MEMORY; OM_CANCELLED
 OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
                                            const OmProgress* progress,
                                            OmForceCalibration* calibration);

@@ -9,6 +9,7 @@
 #include "test_candidates.h"
 #include "test_dense.h"
 #include "test_modes.h"
+#include "test_plate.h"
 #include "test_rig.h"
 
 #define STEP 0.02  // s
@@ -579,24 +580,11 @@ static double plate_middle(const CandBody* b, const Problem* p, double energy) {
     return sum / num;
 }
 
-// Navier's series for Kirchhoff's plate, and what shear adds in Mindlin's.
-static double exact_plate(double thickness, double young, double nu, bool has_shear) {
-    double D = young * pow(thickness, 3) / (12 * (1 - nu * nu)),
-           shear = 5.0 / 6 * young / (2 * (1 + nu)) * thickness, w = 0;
-    for (int m = 1; m < 80; m += 2)
-        for (int n = 1; n < 80; n += 2) {
-            double sign = (m + n) % 4 == 2 ? 1 : -1,
-                   s = OM_PI * OM_PI * (m * m + n * n) / (PLATE * PLATE);
-            double q = 16 / (OM_PI * OM_PI * m * n);
-            w += sign * q * (1 / (D * s * s) + (has_shear ? 1 / (shear * s) : 0));
-        }
-    return w;
-}
-
 static void test_plate(void** context) {
     (void)context;
     for (int k = 0; k < 2; ++k) {
-        double thickness = PLATE / (k ? 100 : 20), exact = exact_plate(thickness, 1e6, 0.3, k == 0);
+        double thickness = PLATE / (k ? 100 : 20),
+               exact = plate_deflection(&(Plate){PLATE, thickness, 1e6, 0.3, 1}, k == 0);
         Case plate = {.name = k ? "plate 1/100" : "plate 1/20",
                       .size = {PLATE / 2, PLATE / 2, thickness},
                       .young = 1e6,

@@ -2,6 +2,7 @@
 // element is that of om_fem below a Poisson's ratio of 1/3 (test_fem_quadratic.c holds the engine to it), which can
 // prescribe single directions.
 #include "test_modes.h"
+#include "test_plate.h"
 #include "test_rig.h"
 
 #include "omentum/fem.h"
@@ -53,27 +54,13 @@ static double plate(double thickness, int n, bool is_clamped) {
     return w;
 }
 
-// Navier's series for Kirchhoff's plate, and what shear adds in Mindlin's: the same series over k G t (Marcus's theorem
-// for hard supports).
-static double exact_plate(double thickness, bool has_shear) {
-    double D = YOUNG * pow(thickness, 3) / (12 * (1 - POISSON * POISSON)),
-           shear = 5.0 / 6 * YOUNG / (2 * (1 + POISSON)) * thickness, w = 0;
-    for (int m = 1; m < 80; m += 2)
-        for (int n = 1; n < 80; n += 2) {
-            double sign = (m + n) % 4 == 2 ? 1 : -1,
-                   s = OM_PI * OM_PI * (m * m + n * n) / (SIDE * SIDE);
-            double q = 16 * PRESSURE / (OM_PI * OM_PI * m * n);
-            w += sign * q * (1 / (D * s * s) + (has_shear ? 1 / (shear * s) : 0));
-        }
-    return w;
-}
-
 static void test_supported_plate(void** context) {
     (void)context;
     static const double thickness[2] = {SIDE / 20, SIDE / 100};
     for (int k = 0; k < 2; ++k)
         for (int n = 5; n <= (test_is_slow() ? 20 : 10); n *= 2) {
-            double exact = exact_plate(thickness[k], k == 0), w = plate(thickness[k], n, false);
+            const Plate p = {SIDE, thickness[k], YOUNG, POISSON, PRESSURE};
+            double exact = plate_deflection(&p, k == 0), w = plate(thickness[k], n, false);
             printf("plate, thickness 1/%.0f of the side, cells of %.1f mm: %+.2f %%\n",
                    SIDE / thickness[k], 500 * SIDE / n, 100 * (w / exact - 1));
             if (n >= 10 || k == 0) assert_near_rel(w, exact, n < 20 ? 0.03 : 0.005);
