@@ -321,6 +321,10 @@ static void a_shift_before_the_grasp_is_in_the_rest(void** state) {
     assert_int_equal(f.state, 0);
     f = table_frame(&t, true);
     assert_near(f.mu, 0, 1e-15);
+    table_see_moved(&t, 0.0104);  // 0.4 mm alone do not begin another mean, the grasp does
+    f = table_frame(&t, false);
+    assert_int_equal(f.nrest, 1);
+    assert_near(f.rest, 0.0104, 2e-6);
     table_see_moved(&t, 0.009);
     om_monitor_reset(t.monitor);
     f = table_frame(&t, false);
