@@ -478,6 +478,35 @@ static void test_acquisitions_of_several_grasps(void** state) {
     rig_destroy(&g);
 }
 
+// Of one grasp the newest acquisition of lifted tissue and the newest of folded tissue are kept.
+static void test_a_fold_keeps_the_lift(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, update_scene());
+    OmUpdateDef def = om_update_default_def(&g.scene, g.world, &g.twin_site);
+    def.settings.keep = 3;
+    OmUpdater* u;
+    assert_ok(om_updater_create(&def, &u));
+    OmObservation obs = {0};
+    assert_ok(om_world_observe(g.world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
+    OmPose tip[OM_MAX_ARM];
+    for (int a = 0; a < OM_MAX_ARM; ++a) tip[a] = (OmPose){om_vec3(0, 0, 0), om_quat_identity()};
+    const unsigned char* attached = om_body_attached(g.twin);
+    om__updater_grasp(u, 0, tip[0], 0.01, g.twin);
+    static const double kept[][2] = {{1, 0}, {1, 2}, {2, 3}, {3, 4}};  // s, after each acquisition
+    for (int i = 0; i < 4; ++i) {  // lifted, folded, lifted, folded
+        assert_ok(om__updater_take(u, &obs, 1 + i, tip, g.twin, attached, i % 2 == 1, false));
+        assert_int_equal(u->nkept, i ? 2 : 1);
+        for (int k = 0; k < u->nkept; ++k) assert_near(u->kept[k]->data.time, kept[i][k], 0);
+    }
+    om__updater_grasp(u, 0, tip[0], 0.01, g.twin);  // another grasp
+    assert_ok(om__updater_take(u, &obs, 5, tip, g.twin, attached, true, false));
+    assert_int_equal(u->nkept, 3);
+    om_observation_done(&obs);
+    om_updater_destroy(u);
+    rig_destroy(&g);
+}
+
 // ---- omentum retract ----------------------------------------------------------------------------------------
 
 // Recorded acquisitions can be read again, and recording changes nothing in the run.
@@ -677,6 +706,7 @@ int main(void) {
         cmocka_unit_test(test_recorded_acquisitions),
         cmocka_unit_test(test_an_end_while_an_estimate_runs),
         cmocka_unit_test(test_acquisitions_alone),
+        cmocka_unit_test(test_a_fold_keeps_the_lift),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
