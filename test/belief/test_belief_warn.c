@@ -79,11 +79,43 @@ static void test_nothing_is_learnt(void** state) {
     course_end(&c);
 }
 
+static bool is_estimate_due(Course* c) {
+    bool needs_tick;
+    c->updater->is_due = false;
+    c->loop->belief.look_begin = -1;  // the arms have been still for long enough
+    assert_ok(om__look_take(&c->loop->belief, &needs_tick));
+    assert_false(needs_tick);
+    return c->updater->is_due;
+}
+
+// An acquisition leads to an estimate if there was a warning, and if neither an estimate runs nor the effect of one is
+// awaited.
+static void test_what_a_look_leads_to(void** state) {
+    (void)state;
+    Course c;
+    course_begin(&c, warn_scene(0.02, 0.05, 0.06), true, false);
+    assert_ok(om_loop_tick(c.loop));
+    Belief* b = &c.loop->belief;
+    for (int warned = 0; warned <= 3; ++warned) {
+        b->warning_action = warned;
+        assert_int_equal(is_estimate_due(&c), warned > 0);
+        assert_ok(om__updater_start(c.updater, b->act->tick, b->act->time));
+        assert_false(is_estimate_due(&c));
+        om__updater_cancel(c.updater);
+        b->has_effect_due = true;
+        assert_false(is_estimate_due(&c));
+        b->has_effect_due = false;
+    }
+    assert_int_equal(c.seen.ntaken, 12);
+    course_end(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_state_one),
         cmocka_unit_test(test_state_two),
         cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_what_a_look_leads_to),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
