@@ -17,8 +17,9 @@ A list is test/mutants/ROOM.txt. Blank lines and lines that begin with # are ign
 The title says what is wrong after the change. The text of the `-` lines must occur once in the file (several lines are
 joined; the indentation after `- ` counts from the first line on), and is replaced by the text of the `+` lines. `tests:`
 names the tests that should notice; they run first, then the other quick tests of the room, then its slow tests, up to
-the first that fails. `limit: quick` leaves the slow tests of the room out. The room of python/omentum/*.py is python; its
-tests are python_*, one for each python/tests/test_*.py.
+the first that fails. Before all of them runs the test that killed the mutant in an earlier run (journal, results.md).
+`limit: quick` leaves the slow tests of the room out. The room of python/omentum/*.py is python; its tests are python_*,
+one for each python/tests/test_*.py.
 
 Everything happens in a copy of the checkout, build/mutants/tree-N, with a build folder of its own. A result is kept in
 build/mutants/journal.jsonl with hashes of the mutant, of its source file, and of the test that killed it (of all its
@@ -222,8 +223,12 @@ class Tree:
     def prepare(self):
         self.root.mkdir(parents=True, exist_ok=True)
         self.copy()
+        # each mutant is archived and linked again: a thin archive and gold, where there is one, take 0.2 of 0.7 s
+        quick = ["-DCMAKE_C_ARCHIVE_CREATE=<CMAKE_AR> qcT <TARGET> <LINK_FLAGS> <OBJECTS>"]
+        if shutil.which("ld.gold"):
+            quick += ["-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=gold", "-DCMAKE_SHARED_LINKER_FLAGS=-fuse-ld=gold"]
         done = self.call(["cmake", "-S", ".", "-B", str(self.build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                          "-DOM_BENCH=OFF"])
+                          "-DOM_BENCH=OFF", *quick])
         if done.returncode == 0:
             done = self.call(["ninja", "-C", str(self.build), f"-j{self.jobs}", "libomentum_static.a", "bin/omentum"])
         if done.returncode != 0:
@@ -247,7 +252,7 @@ class Tree:
         environment = {**self.environment, **test.environment}
 
         def restrain():
-            os.setsid()
+            os.setpgid(0, 0)  # no new session: there an autogroup of the scheduler begins, without the run's priority
             if limit:
                 resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
 
@@ -277,8 +282,18 @@ class Tree:
         return self.base[name]
 
 
-def room_tests(tree, mutant, room, scope):
-    """The tests of a mutant, in the order in which they run."""
+def earlier_killers(root, rows):
+    """(file, title) -> the test that killed it before: by the committed table, or by a later run of the journal."""
+    table_file = root / "test" / "mutants" / "results.md"
+    text = table_file.read_text() if table_file.is_file() else ""
+    found = re.findall(r"^\| `([\w.]+)` \| (.+) \| `(\w+)`(?: \*)? \|$", text, re.M)
+    killers = {(file, title): test for file, title, test in found}
+    killers.update(((r["file"], r["title"]), r["detail"]) for r in rows.values() if r["outcome"] == "killed")
+    return killers
+
+
+def room_tests(tree, mutant, room, scope, first=None):
+    """The tests of a mutant, in the order in which they run; `first` is the first, if it is one of them."""
     def is_slow(name):
         return "slow" in tree.tests[name].labels
 
@@ -289,7 +304,8 @@ def room_tests(tree, mutant, room, scope):
     own = [name for name in own if not is_slow(name) or (mutant.slow and scope == "all")]
     named = [name for name in mutant.tests if name in tree.tests]
     named += [name for name in tree.tests if name not in named and re.search(r"_\d+$", name) and file_test(name) in named]
-    return named + [name for name in own if name not in named and scope != "named"]
+    names = named + [name for name in own if name not in named and scope != "named"]
+    return sorted(names, key=lambda name: name != first)
 
 
 def digest_of(*parts):
@@ -319,7 +335,7 @@ def proof_of(mutant, row, files, tests):
     return digest_of(*(tests[name].read_bytes() for name in names if name in tests), *([named] if named else []))
 
 
-def try_mutant(tree, mutant, scope):
+def try_mutant(tree, mutant, scope, first=None):
     """(outcome, detail): killed by a test, survived, equivalent, untested, unbuildable or stale."""
     files = source_files(tree.root)
     why = stale(mutant, files)
@@ -333,7 +349,7 @@ def try_mutant(tree, mutant, scope):
             compile(changed, mutant.file, "exec")
         except SyntaxError:
             return "unbuildable", "Python refuses it"
-    names = room_tests(tree, mutant, room_of(path), scope)
+    names = room_tests(tree, mutant, room_of(path), scope, first)
     compiled, before = tree.objects.get(mutant.file, (None, b""))
     count = 0
     try:
@@ -394,7 +410,7 @@ def find_row(rows, mutant, files, tests, scope="named"):
 def run(mutants, args, scratch, journal):
     """Run what the journal does not have yet."""
     rows, files, tests = read_journal(journal), source_files(args.root), test_files(args.root)
-    todo, lock = queue.Queue(), threading.Lock()
+    todo, lock, killers = queue.Queue(), threading.Lock(), earlier_killers(args.root, rows)
     for m in mutants:
         if args.again or find_row(rows, m, files, tests, args.scope) is None:
             todo.put(m)
@@ -413,7 +429,7 @@ def run(mutants, args, scratch, journal):
             with open(tree.log, "a") as out:
                 out.write(f"=== {m.list}:{m.line} {m.title}\n")
             start = time.monotonic()
-            outcome, detail = try_mutant(tree, m, args.scope)
+            outcome, detail = try_mutant(tree, m, args.scope, killers.get((m.file, m.title)))
             row = {"file": m.file, "title": m.title, "outcome": outcome, "detail": detail, "scope": args.scope}
             row["key"] = key_of(m, source_files(tree.root))  # of what was run, in the copy
             row["proof"] = proof_of(m, row, source_files(tree.root), test_files(tree.root))

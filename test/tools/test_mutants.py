@@ -202,6 +202,27 @@ class Checkout(unittest.TestCase):
         mutant = type("Mutant", (), {"tests": ("test_sum_pair",), "slow": True})
         self.assertEqual(mutants.room_tests(Tree, mutant, "sum", "named"), ["test_sum_pair", "test_sum_pair_2"])
 
+    def test_the_test_that_killed_it_before_runs_first(self):
+        class Tree:
+            tests = {name: type("Test", (), {"labels": set()}) for name in ("test_sum_pair", "test_sum_all", "cli_sum")}
+
+        mutant = type("Mutant", (), {"tests": ("test_sum_pair",), "slow": True})
+        for first, names in (("cli_sum", ["cli_sum", "test_sum_pair", "test_sum_all"]),
+                             ("test_gone", ["test_sum_pair", "test_sum_all", "cli_sum"])):
+            self.assertEqual(mutants.room_tests(Tree, mutant, "sum", "quick", first), names)
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            self.assertEqual(mutants.earlier_killers(root, {}), {})
+            lines = mutants.table([(mutants.Mutant("sum", 1, f"{c}.c", "is wrong", "1", "2", (), "", True),
+                                    {"outcome": "killed", "detail": f"test_{c}", "is_earlier": c == "b"}) for c in "abc"])
+            (root / "test/mutants").mkdir(parents=True)
+            (root / "test/mutants/results.md").write_text(lines)
+            rows = {"1": {"file": "a.c", "title": "is wrong", "outcome": "killed", "detail": "test_d"},
+                    "2": {"file": "c.c", "title": "is wrong", "outcome": "survived", "detail": "3 tests"}}
+            self.assertEqual(mutants.earlier_killers(root, rows), {("a.c", "is wrong"): "test_d",
+                                                                   ("b.c", "is wrong"): "test_b",
+                                                                   ("c.c", "is wrong"): "test_c"})
+
     def test_the_lists_fit_the_sources(self):
         self.maxDiff = None
         self.assertEqual(mutants.check(ROOT, mutants.read_lists(ROOT)), [])
