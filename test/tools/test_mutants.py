@@ -161,6 +161,14 @@ class Lists(unittest.TestCase):
         self.assertEqual(self.main("--quick", "--only", "slow test", "--again")[0], 1)  # then nothing notices it
         self.assertEqual(self.main("--only", "slow test")[0], 0)  # and it is run with the slow ones again
 
+        # A checkout that does not build is reported.
+        self.write("main.c", "int main(void) { return nothing; }\n")
+        code, out = self.main("--again")
+        self.assertEqual(code, 1)
+        self.assertIn("the checkout does not build", out)
+        self.assertIn("6 mutants were not run", out)
+        self.write("main.c", "int main(void) { return 0; }\n")
+
         # Python: the test of a package; a line that Python refuses.
         self.write("python/omentum/pair.py", "def twice(a):\n    return 2 * a\n\n\ndef thrice(a):\n    return 3 * a\n")
         self.write("python/tests/test_pair.py", "import sys\nsys.path.insert(0, 'python')\nfrom omentum import pair\n"
