@@ -4,6 +4,7 @@ and run the tests of its room.
 
     tools/mutants.py                   run every mutant of test/mutants/*.txt, print a table
     tools/mutants.py --check           only read the lists: every text is still in its file, every test exists
+    tools/mutants.py --sample 6        only 6 of each list, drawn at random; a larger sample has them, too
     tools/mutants.py --table FILE      write the table of the last results (Markdown), run nothing
 
 A list is test/mutants/ROOM.txt. Blank lines and lines that begin with # are ignored. A mutant is
@@ -311,6 +312,16 @@ def room_tests(tree, mutant, room, scope, first=None):
     return sorted(names, key=lambda name: name != first)
 
 
+def draw(mutants, count, seed):
+    """`count` mutants of each list, in the order of the lists; a larger count draws these, too."""
+    by_list = collections.defaultdict(list)
+    for m in mutants:
+        by_list[m.list].append(m)
+    drawn = {m for own in by_list.values()
+             for m in sorted(own, key=lambda m: digest_of(str(seed), m.file, m.title))[:count]}
+    return [m for m in mutants if m in drawn]
+
+
 def digest_of(*parts):
     digest = hashlib.sha256()
     for part in parts:
@@ -457,7 +468,8 @@ def run(mutants, args, scratch, journal):
 def results(root, mutants, journal, has_earlier=False):
     """Each mutant with its result; `has_earlier`: else the last time that it was killed, by sources or tests of before."""
     rows, files, tests = read_journal(journal), source_files(root), test_files(root)
-    before = {(r["file"], r["title"]): dict(r, is_earlier=True) for r in rows.values() if r["outcome"] == "killed"}
+    before = {key: {"outcome": "killed", "detail": test, "is_earlier": True}
+              for key, test in earlier_killers(root, rows).items()}
     found = []
     for m in mutants:
         row = find_row(rows, m, files, tests) or (before.get((m.file, m.title)) if has_earlier else None)
@@ -482,10 +494,11 @@ def table(found):
     missing = [m for m, row in found if row["outcome"] == "not run"]
     lines = ["# Mutants and the tests that notice them", "",
              "Written by `tools/mutants.py --table`: not edited by hand. A mutant counts if it builds to another object file.",
-             "A star marks results of before the source or the test changed; `make mutants` runs these again.",
-             "", "| room | mutants | killed |", "|---|---|---|"]
-    lines += [f"| {room} | {c} | {k} |" for room, (k, c) in rooms.items()]
-    lines += [f"| all | {counted} | {killed} ({100 * killed / max(counted, 1):.1f} %) |", ""]
+             "A star marks an earlier result: the source or the test may have changed since. `make mutants` runs these again.",
+             "", "| room | mutants | killed | of these with a star |", "|---|---|---|---|"]
+    stars = collections.Counter(m.list for m, row in found if row.get("is_earlier"))
+    lines += [f"| {room} | {c} | {k} | {stars[room]} |" for room, (k, c) in rooms.items()]
+    lines += [f"| all | {counted} | {killed} ({100 * killed / max(counted, 1):.1f} %) | {stars.total()} |", ""]
     if missing:
         lines += [f"Without a result: {len(missing)}.", ""]
     lines += ["| survivor | what is wrong | why no test notices |", "|---|---|---|"]
@@ -525,6 +538,8 @@ def main(arguments):
     parser.add_argument("--check", action="store_true", help="only check the lists against the sources")
     parser.add_argument("--room", action="append", help="only test/mutants/ROOM.txt; may be repeated")
     parser.add_argument("--only", metavar="TEXT", help="only mutants with TEXT in file: title")
+    parser.add_argument("--sample", type=int, metavar="N", help="only N mutants of each list, drawn at random")
+    parser.add_argument("--seed", type=int, default=1, help="of --sample (1)")
     parser.add_argument("--quick", dest="scope", action="store_const", const="quick", default="all",
                         help="leave the slow tests out")
     parser.add_argument("--named", dest="scope", action="store_const", const="named", help="only the tests a mutant names")
@@ -541,6 +556,8 @@ def main(arguments):
         return 1 if args.check else 2
     if args.only:
         mutants = [m for m in mutants if args.only in f"{m.file}: {m.title}"]
+    if args.sample is not None:
+        mutants = draw(mutants, args.sample, args.seed)
     if args.check:
         wrong = check(args.root, mutants)
         print("\n".join(wrong) if wrong else f"{len(mutants)} mutants fit their files")

@@ -196,7 +196,16 @@ class Lists(unittest.TestCase):
         self.assertEqual(self.main("--table", str(self.root / "table.md"))[0], 0)
         written = (self.root / "table.md").read_text()
         self.assertIn("| `sum_pair.c` | nobody notices | nothing calls it |", written)
-        self.assertIn("| all | 4 | 3 (75.0 %) |", written)
+        self.assertIn("| all | 4 | 3 (75.0 %) | 0 |", written)
+
+        # Without the journal what the committed table has keeps its test, with a star.
+        self.write("test/mutants/results.md", written)
+        (self.root / "build/mutants/journal.jsonl").unlink()
+        self.assertEqual(self.main("--table", str(self.root / "table.md"))[0], 0)
+        written = (self.root / "table.md").read_text()
+        self.assertIn("| sum | 3 | 3 | 3 |", written)
+        self.assertIn("| `sum_pair.c` | the difference | `test_sum_pair` * |", written)
+        self.assertIn("Without a result: 2.", written)
 
 
 class Checkout(unittest.TestCase):
@@ -230,6 +239,16 @@ class Checkout(unittest.TestCase):
             self.assertEqual(mutants.earlier_killers(root, rows), {("a.c", "is wrong"): "test_d",
                                                                    ("b.c", "is wrong"): "test_b",
                                                                    ("c.c", "is wrong"): "test_c"})
+
+    def test_a_sample_has_the_smaller_one(self):
+        every = [mutants.Mutant(room, 1, "a.c", str(i), "1", "2", (), "", True) for room, n in (("a", 40), ("b", 3))
+                 for i in range(n)]
+        few, more = mutants.draw(every, 5, 1), mutants.draw(every, 20, 1)
+        self.assertEqual(([m.list for m in few], len(more)), (["a"] * 5 + ["b"] * 3, 23))
+        self.assertLess(set(few), set(more))
+        self.assertEqual(few, [m for m in every if m in few])
+        self.assertNotEqual(few, mutants.draw(every, 5, 2))
+        self.assertNotEqual(few[:5], every[:5])
 
     def test_the_lists_fit_the_sources(self):
         self.maxDiff = None
