@@ -296,6 +296,12 @@ def earlier_killers(root, rows):
     return killers
 
 
+def names_slow_tests(tree, mutant):
+    """Does it name slow tests only?"""
+    named = [tree.tests[name] for name in mutant.tests if name in tree.tests]
+    return bool(named) and all("slow" in test.labels for test in named)
+
+
 def room_tests(tree, mutant, room, scope, first=None):
     """The tests of a mutant, in the order in which they run; `first` is the first, if it is one of them."""
     def is_slow(name):
@@ -306,7 +312,7 @@ def room_tests(tree, mutant, room, scope, first=None):
         own = [name for name in tree.tests if name.startswith("cli_")]
     own.sort(key=lambda name: (is_slow(name), name.startswith("cli_")))
     own = [name for name in own if not is_slow(name) or (mutant.slow and scope == "all")]
-    named = [name for name in mutant.tests if name in tree.tests]
+    named = [name for name in mutant.tests if name in tree.tests and not (scope == "quick" and is_slow(name))]
     named += [name for name in tree.tests if name not in named and re.search(r"_\d+$", name) and file_test(name) in named]
     names = named + [name for name in own if name not in named and scope != "named"]
     return sorted(names, key=lambda name: name != first)
@@ -428,7 +434,7 @@ def run(mutants, args, scratch, journal):
     for m in mutants:
         if args.again or find_row(rows, m, files, tests, args.scope) is None:
             todo.put(m)
-    count, done = todo.qsize(), [0]
+    count, done, left_out = todo.qsize(), [0], [0]
     print(f"{len(mutants)} mutants, {count} to run", flush=True)
 
     def work(number):
@@ -444,6 +450,9 @@ def run(mutants, args, scratch, journal):
             with open(tree.log, "a") as out:
                 out.write(f"=== {m.list}:{m.line} {m.title}\n")
             start = time.monotonic()
+            if args.scope == "quick" and names_slow_tests(tree, m):
+                left_out[0] += 1  # not run: other tests are not expected to notice it
+                continue
             outcome, detail = try_mutant(tree, m, args.scope, killers.get((m.file, m.title)))
             row = {"file": m.file, "title": m.title, "outcome": outcome, "detail": detail, "scope": args.scope}
             row["key"] = key_of(m, source_files(tree.root))  # of what was run, in the copy
@@ -461,8 +470,10 @@ def run(mutants, args, scratch, journal):
             worker.start()
         for worker in workers:
             worker.join()
-        if done[0] < count:
-            print(f"{count - done[0]} mutants were not run")
+        if left_out[0]:
+            print(f"{left_out[0]} mutants were left out: the tests that they name are slow")
+        if done[0] + left_out[0] < count:
+            print(f"{count - done[0] - left_out[0]} mutants were not run")
 
 
 def results(root, mutants, journal, has_earlier=False):
@@ -541,7 +552,7 @@ def main(arguments):
     parser.add_argument("--sample", type=int, metavar="N", help="only N mutants of each list, drawn at random")
     parser.add_argument("--seed", type=int, default=1, help="of --sample (1)")
     parser.add_argument("--quick", dest="scope", action="store_const", const="quick", default="all",
-                        help="leave the slow tests out")
+                        help="leave the slow tests out, and the mutants that name only these")
     parser.add_argument("--named", dest="scope", action="store_const", const="named", help="only the tests a mutant names")
     parser.add_argument("--jobs", type=int, default=1, help="copies that work side by side (1)")
     parser.add_argument("--again", action="store_true", help="run also what the journal has")

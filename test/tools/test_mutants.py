@@ -160,6 +160,12 @@ class Lists(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(self.main("--quick", "--only", "slow test", "--again")[0], 1)  # then nothing notices it
         self.assertEqual(self.main("--only", "slow test")[0], 0)  # and it is run with the slow ones again
+        slow_named = LIST.replace("+ return 3 * a;\n", "+ return 3 * a;\ntests: test_sum_slow\n")
+        self.write("test/mutants/sum.txt", slow_named)
+        code, out = self.main("--quick", "--only", "slow test", "--again")
+        self.assertIn("1 mutants were left out", out)
+        self.assertNotIn("[1/1]", out)
+        self.write("test/mutants/sum.txt", LIST)
 
         # A checkout that does not build is reported.
         self.write("main.c", "int main(void) { return nothing; }\n")
