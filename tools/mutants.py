@@ -371,25 +371,29 @@ def try_mutant(tree, mutant, scope, first=None):
             return "unbuildable", "Python refuses it"
     names = room_tests(tree, mutant, room_of(path), scope, first)
     compiled, before = tree.objects.get(mutant.file, (None, b""))
-    count = 0
+    count, missing = 0, []
     try:
         for name in names:
-            if {name, file_test(name)} & set(mutant.tests) and name not in tree.base:
+            is_named = bool({name, file_test(name)} & set(mutant.tests))
+            if is_named and name not in tree.base:
                 path.write_text(text)
                 tree.baseline(name)
             if tree.base.get(name, 0) is None:
+                missing += [name] if is_named else []
                 continue
             if path.read_text() != changed:
                 path.write_text(changed)
-            done = tree.make(tree.targets(name))
+            # with the library's object: a test program may have the source among its own
+            own = [str(compiled.relative_to(tree.build))] if compiled else []
+            done = tree.make(own + tree.targets(name))
             if done.returncode != 0:
                 with open(tree.log, "a") as out:
                     out.write(done.stdout[-4000:])
                 return "unbuildable", "the compiler refuses it"
             if compiled and compiled.read_bytes() == before:
                 return "equivalent", "the same object file"
-            count += 1
             code, _ = tree.run(name, 5 * tree.base[name] + SLACK if name in tree.base else UNKNOWN_LIMIT)
+            count += code != 77
             if code in (0, 77):
                 continue
             if name not in tree.base:  # does it pass without the mutant?
@@ -397,6 +401,8 @@ def try_mutant(tree, mutant, scope, first=None):
                 if tree.baseline(name) is None:
                     continue
             return "killed", name
+        if missing:
+            return "untested", f"skipped here, or fails without a mutant: {', '.join(missing)}"
         if not count:
             return "untested", "no test of its room runs"
         return "survived", f"{count} tests" + ("" if scope == "all" else f", {scope} ones only")

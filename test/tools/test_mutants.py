@@ -192,6 +192,8 @@ class Lists(unittest.TestCase):
         self.assertIn("3 mutants, 0 to run", self.main("--room", "python")[1])
         self.write("python/tests/test_pair.py", "")  # the test of a result has changed
         self.assertIn("3 mutants, 2 to run", self.main("--room", "python")[1])
+        self.write("python/tests/test_pair.py", "import sys\nsys.exit(77)\n")  # what it needs is missing
+        self.assertIn("untested    pair.py: a sum (skipped here, or fails without a mutant: python_pair,", self.main("--room", "python")[1])
         (self.root / "test/mutants/python.txt").unlink()
 
         # A survivor with its reason is no fault; the table says it.
@@ -212,6 +214,18 @@ class Lists(unittest.TestCase):
         self.assertIn("| sum | 3 | 3 | 3 |", written)
         self.assertIn("| `sum_pair.c` | the difference | `test_sum_pair` * |", written)
         self.assertIn("Without a result: 2.", written)
+
+
+    def test_a_program_with_a_source_of_the_library(self):
+        self.make("sum_pair.c: the difference\n- return a + b;\n+ return a - b;\ntests: test_sum_alone\n")
+        self.write("test/sum/CMakeLists.txt",
+                   "add_executable(test_sum_alone test_sum_pair.c ${PROJECT_SOURCE_DIR}/src/sum/sum_pair.c)\n"
+                   "add_test(NAME test_sum_alone COMMAND test_sum_alone)\n"
+                   "set_tests_properties(test_sum_alone PROPERTIES ENVIRONMENT WANTED=5)\n")
+        subprocess.run(["git", "init", "-q", "."], cwd=self.root, check=True)
+        code, out = self.main()
+        self.assertIn("killed      sum_pair.c: the difference (test_sum_alone", out)
+        self.assertEqual(code, 0)
 
 
 class Checkout(unittest.TestCase):
