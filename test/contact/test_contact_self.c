@@ -142,6 +142,41 @@ static void test_friction_on_a_slope(void** state) {
     }
 }
 
+// The bottom of a block on a held sheet is 5.5 mm above a board, near enough to be watched. The board bears nothing:
+// without it the steps are the same to the bit, with as many solves.
+static void test_a_board_below_has_no_effect(void** state) {
+    (void)state;
+    uint64_t hash[2];
+    int nsolve[2] = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+        TestRig r;
+        OmTetMesh small;
+        rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.12, 0.03, 0.004), 12, 3, 1);
+        assert_ok(om_tet_mesh_box(om_vec3(0.05, 0.007, 0.0052), om_vec3(0.066, 0.023, 0.0092), 2, 2,
+                                  1, &small));
+        self_append(&r.mesh, &small);
+        self_attach(&r, is_low);
+        rig_start(&r);
+        const OmContactPlane below = {{0, 0, -0.0005}, {0, 0, 1}};
+        OmTissueObstacle board = om_plane_obstacle(&below);
+        OmContactDef def = k ? rig_on(&board) : om_contact_default_def();
+        def.self_contact = true;
+        def.self_friction = 0.3;
+        rig_contact(&r, &def);
+        OmContactReport report;
+        for (int n = 0; n < 10; ++n) {
+            assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.01, &report));
+            nsolve[k] += report.nsolve;
+        }
+        assert_true(report.ntouch > 0);
+        assert_int_equal(report.ncontact, 0);
+        hash[k] = om_tissue_state_hash(r.s);
+        rig_done(&r);
+    }
+    assert_int_equal(nsolve[0], nsolve[1]);
+    assert_true(hash[0] == hash[1]);
+}
+
 // A step is a function of the state: copies of it, other workers and an interruption give the same bytes.
 static void test_a_step_depends_on_the_state_alone(void** state) {
     (void)state;
@@ -318,6 +353,7 @@ int main(void) {
         cmocka_unit_test(test_without_friction_it_slides_off),
         cmocka_unit_test(test_friction_on_a_slope),
         cmocka_unit_test(test_a_step_depends_on_the_state_alone),
+        cmocka_unit_test(test_a_board_below_has_no_effect),
         cmocka_unit_test(test_fast_bodies_do_not_pass_through),
         cmocka_unit_test(test_a_path_through_a_sheet),
         cmocka_unit_test(test_a_thin_sheet_is_left_alone),
