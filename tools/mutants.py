@@ -518,8 +518,9 @@ def table(found):
     lines += [f"| all | {counted} | {killed} ({100 * killed / max(counted, 1):.1f} %) | {stars.total()} |", ""]
     if missing:
         lines += [f"Without a result: {len(missing)}.", ""]
+    none = {"all": "no test yet", "quick": "no quick test yet; slow ones were not run", "named": "none of those it names"}
     lines += ["| survivor | what is wrong | why no test notices |", "|---|---|---|"]
-    lines += [f"| `{m.file}` | {m.title} | {m.survives or 'no test yet'} |" for m, row in found
+    lines += [f"| `{m.file}` | {m.title} | {m.survives or none[row.get('scope', 'all')]} |" for m, row in found
               if row["outcome"] == "survived"]
     lines += ["", "| killed | what is wrong | by |", "|---|---|---|"]
     lines += [f"| `{m.file}` | {m.title} | `{row['detail']}`{' *' if row.get('is_earlier') else ''} |" for m, row in found if row["outcome"] == "killed"]
