@@ -177,6 +177,47 @@ static void test_a_board_below_has_no_effect(void** state) {
     assert_true(hash[0] == hash[1]);
 }
 
+static bool is_sheet(OmVec3 p) { return p.z < 0.00401; }
+
+// A tilted block hits a held flat sheet with a corner, 0.05 mm beside an edge of the sheet's triangles: what is nearest
+// in a flat face lies along its normal.
+static void test_a_flat_face_pushes_along_its_normal(void** state) {
+    (void)state;
+    TestRig r;
+    OmTetMesh small;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.04, 0.04, 0.004), 16, 16, 1);
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.008, 0.008, 0.008), 4, 4, 4, &small));
+    const OmQuat tilt = om_quat_axis_angle(om_normalize(om_vec3(3, -2, 0)), 0.8);
+    OmVec3 tip = om_vec3(0, 0, INFINITY);
+    for (int i = 0; i < small.nvert; ++i) {
+        const OmVec3 p = om_quat_rotate(tilt, om_load3(small.x, i));
+        om_store3(small.x, i, p);
+        if (p.z < tip.z) tip = p;
+    }
+    for (int i = 0; i < small.nvert; ++i)
+        om_store3(small.x, i,
+                  om_add(om_vec3(0.01755, 0.0163, 0.0044), om_sub(om_load3(small.x, i), tip)));
+    self_append(&r.mesh, &small);
+    self_attach(&r, is_sheet);
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    rig_contact(&r, &def);
+    self_throw(&r, 1, om_vec3(0, 0, -0.1));
+    int ntouch = 0;
+    double slant = 0;
+    for (int n = 0; n < 10; ++n) {
+        OmContactReport report;
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.001, &report));
+        ntouch += report.ntouch;
+        for (int k = 0; k < report.ntouch; ++k)
+            slant = fmax(slant, 1 - fabs(report.touch[k].normal.z));
+    }
+    assert_true(ntouch > 0);
+    assert_below(slant, 1e-4);  // 0.8 degrees: the sheet gives way a little
+    rig_done(&r);
+}
+
 // A step is a function of the state: copies of it, other workers and an interruption give the same bytes.
 static void test_a_step_depends_on_the_state_alone(void** state) {
     (void)state;
@@ -354,6 +395,7 @@ int main(void) {
         cmocka_unit_test(test_friction_on_a_slope),
         cmocka_unit_test(test_a_step_depends_on_the_state_alone),
         cmocka_unit_test(test_a_board_below_has_no_effect),
+        cmocka_unit_test(test_a_flat_face_pushes_along_its_normal),
         cmocka_unit_test(test_fast_bodies_do_not_pass_through),
         cmocka_unit_test(test_a_path_through_a_sheet),
         cmocka_unit_test(test_a_thin_sheet_is_left_alone),
