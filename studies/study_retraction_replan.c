@@ -45,7 +45,8 @@ OmStatus om__retraction_run_threshold(Retraction* s) {
     const StudyWork work = {"layouts for the threshold", t->nlayout, s->def->is_quick ? 1 : 12,
                             true};
     OM_TRY(om__study_estimate_tell(&work, 1, s->def->nworker, s->progress));
-    OM_TRY(om_retract_calibrate_force(&scene, t->nlayout, s->def->nworker, s->progress, &t->force));
+    OM_TRY(om_retract_calibrate_force(&scene, NULL, t->nlayout, s->def->nworker, s->progress,
+                                      &t->force));
     s->has_threshold = true;
     return om__match_save_result(s->def->out_dir, "threshold.bin", hash, t, sizeof *t);
 }

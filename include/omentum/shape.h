@@ -59,6 +59,11 @@ OM_API const OmMeshSet* om_tet_mesh_find_set(const OmTetMesh* mesh, const char* 
 /// (i, j, k) has index i + (nx + 1) (j + (ny + 1) k).
 /// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, OmTetMesh* mesh);
+/// The cells of a mesh whose tetrahedra, six by six, are cut as those of a box; vertices may have moved. A cell has its
+/// nodes counter-clockwise below, then above; the third axis is that with most faces on the boundary: through a sheet.
+/// @param node  out: (ntet / 6 x 8), the caller frees it with om_free
+/// @return OM_OK; OM_INVALID (the message names tetrahedra that are no cell); OM_NO_MEMORY
+OM_API OmStatus om_tet_mesh_find_cells(const OmTetMesh* mesh, int** node);
 /// Its boundary triangles, outward. If `surface_vert` is not null it receives the mesh vertex of every
 /// surface vertex (caller frees with om_free).
 /// @return OM_OK; OM_NO_MEMORY

@@ -35,6 +35,7 @@ extern "C" {
 typedef enum OmTissueElement {
     OM_ELEMENT_LINEAR,     // tetrahedra of four nodes; far too stiff in bending on few elements
     OM_ELEMENT_QUADRATIC,  // tetrahedra of ten nodes: vertices and midpoints of edges
+    OM_ELEMENT_SHELL,      // solid-shell hexahedra: cells of a sheet, as om_tet_mesh_box makes them
     OM_NTISSUE_ELEMENT
 } OmTissueElement;
 OM_API const char* om_tissue_element_name(OmTissueElement element);  // "quadratic"; null: no such
@@ -87,7 +88,8 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     int max_work;
     // OM_ELEMENT_QUADRATIC, default of om_fem_engine: om_tissue_mesh, so each array of vertices, has midpoints of edges
     // behind the vertices of `mesh`, and eight tetrahedra for each; a midpoint is attached if both ends are held still.
-    // Other engines accept OM_ELEMENT_LINEAR alone, their default.
+    // Other engines accept OM_ELEMENT_LINEAR alone, their default. OM_ELEMENT_SHELL: the vertices of `mesh`, six
+    // tetrahedra of one label a hexahedron (om_tet_mesh_find_cells); for sheets of one layer, in a fraction of the time
     OmTissueElement element;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     OmCookie cookie;     // set by om_tissue_default_def

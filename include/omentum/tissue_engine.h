@@ -74,7 +74,7 @@ typedef struct OmTissueEngine {
     bool has_forces;  // `step` writes forces in newtons (om_engine_tool_force)
     // attachments may be springs (om_engine_find_spring); false: they are refused
     bool has_springs;
-    bool has_quadratic;  // supports OM_ELEMENT_QUADRATIC
+    bool has_quadratic;  // supports OM_ELEMENT_QUADRATIC and OM_ELEMENT_SHELL
     bool needs_file;     // `load` needs a file
 
     /// Make the engine's options from a file and numbers. The model owns them until it is destroyed. Null: the engine

@@ -28,10 +28,12 @@ typedef struct OmForceCalibration {
     int npair;           // instants between three quarters of the limit and the limit
 } OmForceCalibration;
 /// Measure threshold and margin of a scene, as above.
+/// @param young  the truth's modulus over the twin's, from and to, even in its logarithm over the layouts; null: the
+///               scene's young_factor
 /// @return OM_OK; OM_INVALID (no grasp succeeds, half of the grasps reach twice the threshold, or the truth bears more
 ///        than the threshold at every limit); OM_NO_MEMORY; OM_CANCELLED
-OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
-                                           const OmProgress* progress,
+OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, const double young[2], int nlayout,
+                                           int nworker, const OmProgress* progress,
                                            OmForceCalibration* calibration);
 
 /// Can a layout be exposed at all? Try, from rest on the simulated truth, every sequence of the planner's actions for

@@ -1,10 +1,14 @@
 // cli_calibrate_force.c: omentum calibrate-force.
+#include <stdlib.h>
+
 #include "cli_retract.h"
 #include "omentum/trial_search.h"
 
 static const OmCliOption option[] = {
     OM_CLI_OPTION_DATA,
     {"--count", NULL, "N", "number of layouts", "17", NULL, 1, 10000},
+    {"--young", NULL, "LO,HI",
+     "the truth's modulus from LO to HI times the twin's (default: the scene's)"},
     OM_CLI_OPTION_WORKERS,
     OM_CLI_OPTION_QUIET,
 };
@@ -16,10 +20,22 @@ static const OmCliKey result_key[] = {
     {"held_median_n", "largest pull above attachments, median"},
 };
 
-static int calibrate(const OmCliRetract* s) {
+static OmStatus read_young(const OmCliArgs* args, double young[2], bool* is_given) {
+    const char* text = om_cli_get(args, "--young");
+    char* end;
+    *is_given = text != NULL;
+    if (!text) return OM_OK;
+    young[0] = strtod(text, &end);
+    if (*end == ',') young[1] = strtod(end + 1, &end);
+    OM_CHECK(end != text && *end == 0 && young[0] > 0 && young[1] >= young[0] && young[1] < 1e6,
+             OM_INVALID, "--young: \"%s\" is not of the form LO,HI, as 0.5,2", text);
+    return OM_OK;
+}
+
+static int calibrate(const OmCliRetract* s, const double* young) {
     OmForceCalibration c;
     int nlayout = s->nlayout ? s->nlayout : 17;
-    OmStatus status = om_retract_calibrate_force(&s->scene, nlayout, s->nworker,
+    OmStatus status = om_retract_calibrate_force(&s->scene, young, nlayout, s->nworker,
                                                  om_cli_progress(s->is_quiet), &c);
     if (status < 0) return om_cli_fail("calibrate-force", status);
     om_cli_progress_done();
@@ -45,7 +61,11 @@ int om_cli_calibrate_force(int argc, char** argv) {
     OmCliRetract s = {.verb = "calibrate-force"};
     int code = om_cli_retract_begin(&args, false, &s);
     if (code != OM_EXIT_OK) return code;
-    return calibrate(&s);
+    double young[2] = {0, 0};
+    bool is_given;
+    OmStatus status = read_young(&args, young, &is_given);
+    if (status < 0) return om_cli_fail("calibrate-force", status);
+    return calibrate(&s, is_given ? young : NULL);
 }
 
 const OmCliVerb om_cli_verb_calibrate_force = {
@@ -56,10 +76,11 @@ const OmCliVerb om_cli_verb_calibrate_force = {
     .about =
         "Pulls at every block of many layouts and prints force_threshold, twice the median of the largest pulls\n"
         "of free tissue, and force_margin, as the scene's `task:` has them. Grasps above attachments are counted\n"
-        "apart.",
+        "apart. The margin is for the modulus of the scene's simulated truth; with --young, for a range of moduli.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum calibrate-force scenes/sheet.yaml\n"
+               "  omentum calibrate-force scenes/sheet.yaml --young 0.5,2\n"
                "  omentum calibrate-force scenes/kidney.yaml --data /path/to/data --count 5",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,

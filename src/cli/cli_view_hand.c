@@ -43,6 +43,12 @@ static void put_engines(const Hand* h, OmJson* json) {
     om_json_close(json, ']');
 }
 
+// Elements that the page offers, the first ones: shells are cells of a sheet.
+static int element_count(const OmTissueEngine* engine, const OmSceneTissue* t) {
+    if (!engine->has_quadratic) return 1;
+    return t->source == OM_SOURCE_SHEET ? OM_NTISSUE_ELEMENT : OM_ELEMENT_QUADRATIC + 1;
+}
+
 static OmStatus say_mode(Hand* h) {
     const OmSceneTissue* t = &h->scene.tissue;
     const OmTissueEngine* engine = om_body_engine(h->body);
@@ -59,11 +65,10 @@ static OmStatus say_mode(Hand* h) {
     om_json_string(&json, "engine", engine->name);
     put_engines(h, &json);
     om_json_string(&json, "element",
-                   engine->has_quadratic && t->element == OM_ELEMENT_QUADRATIC ? "quadratic"
-                                                                               : "linear");
+                   om_tissue_element_name(engine->has_quadratic ? t->element : OM_ELEMENT_LINEAR));
     om_json_open(&json, "elements", '[');
-    om_json_string(&json, NULL, "linear");
-    if (engine->has_quadratic) om_json_string(&json, NULL, "quadratic");
+    for (int k = 0; k < element_count(engine, t); ++k)
+        om_json_string(&json, NULL, om_tissue_element_name((OmTissueElement)k));
     om_json_close(&json, ']');
     om_json_string(&json, "law", engine->has_law ? om_law_name(t->law) : "");
     om_json_open(&json, "laws", '[');
@@ -360,10 +365,13 @@ static OmStatus set_name(Hand* h, OmHandVerb verb, const char* name) {
     OmStatus status = OM_OK;
     if (verb == OM_HAND_LAW) status = om_law_find(name, &t->law);
     if (verb == OM_HAND_ELEMENT) {
-        const bool is_linear = strcmp(name, "linear") == 0;
-        if (!is_linear && strcmp(name, "quadratic") != 0)
-            status = om_error(OM_INVALID, "element \"%s\": linear or quadratic", name);
-        t->element = is_linear ? OM_ELEMENT_LINEAR : OM_ELEMENT_QUADRATIC;
+        int k = 0;
+        while (k < OM_NTISSUE_ELEMENT && strcmp(name, om_tissue_element_name((OmTissueElement)k)))
+            ++k;
+        if (k == OM_NTISSUE_ELEMENT)
+            status = om_error(OM_INVALID, "element \"%s\": linear, quadratic or shell", name);
+        else
+            t->element = (OmTissueElement)k;
     }
     if (verb == OM_HAND_ENGINE) {
         status = om_engine_set_find(scene.engines, name, &engine);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "fem/fem_quadratic.h"
+#include "fem/fem_shell.h"
 
 // sum += b p^T, a column at a time.
 OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
@@ -101,19 +102,20 @@ OM__INLINE V4 gather_blocks(const OmFem* fem, const float* left, int i, float* S
     return f;
 }
 
-// The same of quadratic elements, which leave the blocks of the pairs n < m of their ten nodes.
-OM__INLINE V4 gather_quadratic(const OmFem* fem, const float* left, int i, float* S) {
-    static const signed char first[10] = {0, 9, 17, 24, 30, 35, 39, 42, 44, 45};  // pair (n, n + 1)
+// The same of elements of more nodes, which leave the blocks of the pairs n < m of their nodes and then the forces.
+OM__INLINE V4 gather_large(const OmFem* fem, const float* left, int nnode, int size, int i,
+                           float* S) {
     V4 f = splat4(0);
     for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
-        const OmFemQuadVisit* visit = &fem->quad_visit[at];
-        int own = visit->corner % 10;
-        const float* e = left + OM__QUADRATIC * (size_t)(visit->corner / 10);
-        f += load4(e + OM__QUAD_FORCE + 3 * own);
-        for (int n = 0; n < own; ++n)
-            add_transposed(S + 12 * visit->slot[n], e + 9 * (first[n] + own - n - 1));
-        for (int n = own + 1; n < 10; ++n)
-            add_block(S + 12 * visit->slot[n], e + 9 * (first[own] + n - own - 1));
+        const OmFemLargeVisit* visit = &fem->large_visit[at];
+        int own = visit->corner % nnode, pair = own - 1;  // of (0, own)
+        const float* e = left + size * (size_t)(visit->corner / nnode);
+        f += load4(e + 9 * (nnode * (nnode - 1) / 2) + 3 * own);
+        for (int n = 0; n < own; ++n, pair += nnode - 1 - n)
+            add_transposed(S + 12 * visit->slot[n], e + 9 * pair);
+        ++pair;  // of (own, own + 1)
+        for (int n = own + 1; n < nnode; ++n, ++pair)
+            add_block(S + 12 * visit->slot[n], e + 9 * pair);
     }
     return f;
 }
@@ -199,8 +201,10 @@ static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         int adr = A->row_adr[i], num = A->row_adr[i + 1] - adr;
         memset(S, 0, 12 * (size_t)num * sizeof(float));
-        V4 f = fem->mids ? gather_quadratic(fem, rows->turn.turned, i, S)
-                         : gather_blocks(fem, rows->turn.turned, i, S);
+        const float* left = rows->turn.turned;
+        V4 f = fem->mids     ? gather_large(fem, left, 10, OM__QUADRATIC, i, S)
+               : fem->shells ? gather_large(fem, left, OM__SHELL_NODE, OM__SHELL, i, S)
+                             : gather_blocks(fem, left, i, S);
         sum_diagonal(S, num);
         float* out = A->value + 9 * (size_t)adr;
         for (int k = 1; k < num; ++k) pack_block(out + 9 * (size_t)k, S + 12 * (size_t)k);
@@ -216,14 +220,16 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     int64_t nbatch = fem->nbatch, nvert = rows->m->mesh.nvert;
     int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
     bool is_blocked = fem->is_blocked && !rows->at->is_turned;
-    if (fem->mids)
+    if (fem->shells)
+        om__fem_stretch_shell(&rows->turn, first, last);
+    else if (fem->mids)
         (is_blocked ? om__fem_stretch_quadratic : om__fem_turn_quadratic)(&rows->turn, first, last);
     else
         (is_blocked ? om__fem_stretch : om__fem_turn)(&rows->turn, first, last);
     om_team_barrier(team);
     float* S = fw->row + (size_t)rank * fw->row_size;
     int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
-    if (is_blocked || fem->mids)
+    if (is_blocked || fem->mids || fem->shells)
         write_blocked_rows(rows, S, begin, end);
     else if (fem->is_mixed)
         write_mixed_rows(rows, S, begin, end);
@@ -241,6 +247,7 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                  .w = w,
                  .turn = {.batch = ((const OmFem*)m->data)->batch,
                           .mids = ((const OmFem*)m->data)->mids,
+                          .shells = ((const OmFem*)m->data)->shells,
                           .x = at->x,
                           .v = at->v,
                           .lag = (float)at->lag,
@@ -248,7 +255,8 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                           .stress = (float)(at->force / scale),
                           .turned = fw->turned,
                           .model = m,
-                          .is_exact = at->is_exact},
+                          .is_exact = at->is_exact,
+                          .is_turned = at->is_turned},
                  .at = at};
     om_parallel_team(fw->nworker, assemble_team, &rows);
     return OM_OK;

@@ -7,12 +7,14 @@
 //     stable neo-Hookean      (I1 - 3)/2 - (J - 1) + (r + 1)/2 (J - 1)^2
 //     St Venant-Kirchhoff     r/2 (tr E)^2 + |E|^2
 //
-// with r = lambda / mu. The volume ratio of a quadratic element is the smallest of its points. Tried and rejected:
-// that at its vertices too, which the energy does not see; beside a grasp, where strain changes within an element, one
-// to ten of 2,000 elements have such a corner in half of the steps of a lift. Other laws are evaluated in double,
-// element by element. The sum over elements is in double. Its error is about 1e-7 of sum V mu: where the energies break
-// the rule, the caller calls om__fem_eval_balance.
+// with r = lambda / mu. The volume ratio of a quadratic element is the smallest of its points, that of a shell the
+// smaller one of its two points; a shell is also inverted where its middle or one of eight points of Gauss is. Tried
+// and rejected: quadratic elements at their vertices too, which the energy does not see; beside a grasp, where strain
+// changes within an element, one to ten of 2,000 elements have such a corner in half of the steps of a lift. Other
+// laws are evaluated in double, element by element. The sum over elements is in double. Its error is about 1e-7 of sum
+// V mu: where the energies break the rule, the caller calls om__fem_eval_balance.
 #include "fem/fem_quadratic.h"
+#include "fem/fem_shell.h"
 
 // Parts of the elements, each summed by one worker: the same sum for any number of workers.
 #define NBLOCK 64
@@ -117,11 +119,12 @@ OM__INLINE V16 st_venant(V16 ratio, float shape, const V16 F[9]) {
 }
 
 // Lanes without a short formula: energy over V mu in double.
-static void evaluate_lanes(const Check* a, int k, OmLawShare share, const V16 F[9], I16 which,
-                           V16* W) {
+// Pointers alone: the clones of a multiversioned function pass vectors by value in other registers than this one.
+static void evaluate_lanes(const Check* a, int k, OmLawShare share, const V16 F[9],
+                           const I16* which, V16* W) {
     for (int l = 0; l < OM__LANE; ++l) {
         int e = k * OM__LANE + l;
-        if (!which[l] || e >= a->m->nelem) continue;
+        if (!(*which)[l] || e >= a->m->nelem) continue;
         double lambda, mu;
         om__fem_lame(a->m, e, &lambda, &mu);
         OmMat3 f = om_mat3_cols(om_vec3((double)F[0][l], (double)F[1][l], (double)F[2][l]),
@@ -155,20 +158,57 @@ OM__INLINE double eval_point(const Check* a, int k, bool is_turned, OmLawShare s
         W = splat16(0.0F), left = ~left;
     int nleft = 0;
     for (int l = 0; l < OM__LANE; ++l) nleft -= left[l];
-    if (nleft > 0) evaluate_lanes(a, k, share, F, left, &W);
+    if (nleft > 0) evaluate_lanes(a, k, share, F, &left, &W);
     W *= root * root;  // V mu
     double sum = 0;
     for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->nelem; ++l) sum += (double)W[l];
     return sum;
 }
 
+// Energy of a batch of shells: the law at both points, and the patterns; the smallest ratio at both points, and of all.
+OM__INLINE double eval_shells(const Check* a, int k, bool is_turned, const double* x, V16* J,
+                              V16* least) {
+    const OmFem* fem = a->m->data;
+    const OmFemShells* s = &fem->shells[k];
+    V16 root = load16(fem->batch[k].root), F[9], at[9], q[12], R[9], d[12], p[12], e[6], ratio;
+    Lanes node[21];
+    Frame f;
+    double sum = 0;
+    gather_shell(s, x, node);
+    split_shell(s, node, F, q);
+    decompose(F, &f);
+    turn_of(s, f.U, f.V, R);
+    push_patterns(s, R, q, d, p, e);
+    *least = least_ratio(s, F, q);
+    for (int side = -1; side < 2; side += 2) {
+        point_of_shell(F, R, e, (float)side, at);
+        sum += 0.5 * eval_point(a, k, is_turned, OM_SHARE_WHOLE, at, &ratio);
+        *J = side < 0 ? ratio : select16(ratio < *J, ratio, *J);
+        *J = select16(ratio == ratio, *J, ratio);  // not a number stays
+    }
+    V16 W = splat16(0);
+    for (int n = 0; n < 12; ++n) W += 0.5F * d[n] * p[n];
+    for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->nelem; ++l)
+        if (!((*least)[l] >= (float)OM__SHELL_CRUSHED))
+            W[l] += (float)om__fem_shell_resist(a->m, k * OM__LANE + l, F, q, l, NULL, NULL);
+    W *= root * root;
+    for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->nelem; ++l) sum += (double)W[l];
+    *least = select16(*J < *least, *J, *least);
+    return sum;
+}
+
 // Energy of a batch, and the volume ratio of each element: of quadratic ones the smallest of their points.
-OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J) {
+OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J,
+                             V16* least) {
     const OmFem* fem = a->m->data;
     V16 F[9];
+    if (fem->shells)
+        return eval_shells(a, k, fem->batch[k].family == OM__FAMILY_TURNED, x, J, least);
     if (!fem->mids) {
         gather(&fem->batch[k], x, F);
-        return eval_point(a, k, is_turned, OM_SHARE_WHOLE, F, J);
+        double energy = eval_point(a, k, is_turned, OM_SHARE_WHOLE, F, J);
+        *least = *J;
+        return energy;
     }
     Lanes node[27], d[9];
     double sum = 0;
@@ -181,6 +221,7 @@ OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double
         *J = q == 0 ? ratio : select16(ratio < *J, ratio, *J);
         *J = select16(ratio == ratio, *J, ratio);  // not a number stays
     }
+    *least = *J;
     return sum;
 }
 
@@ -204,10 +245,10 @@ OM_MULTIVERSION
 static void check_batches(const Check* a, int begin, int end, Part* part) {
     const OmFem* fem = a->m->data;
     for (int k = begin; k < end; ++k) {
-        V16 was, J;
-        part->begin += eval_batch(a, k, !fem->is_blocked, a->x_begin, &was);
-        part->end += eval_batch(a, k, !fem->is_blocked, a->x_end, &J);
-        I16 low = ~(J >= 0.1F);
+        V16 was, J, least;
+        part->begin += eval_batch(a, k, !fem->is_blocked, a->x_begin, &was, &least);
+        part->end += eval_batch(a, k, !fem->is_blocked, a->x_end, &J, &least);
+        I16 low = ~(least >= 0.1F);
         int nlow = 0;
         for (int l = 0; l < OM__LANE; ++l) nlow -= low[l];
         if (nlow == 0) continue;
@@ -215,7 +256,7 @@ static void check_batches(const Check* a, int begin, int end, Part* part) {
             bool is_crushed = !(J[l] >= 0.1F) && !(J[l] >= least_allowed(was[l], a->is_solved));
             part->ncrushed += is_crushed;
             part->nbarrier += is_crushed && has_barrier(om__fem_material(a->m, k * OM__LANE + l));
-            part->ninverted += !(J[l] > FLAT);
+            part->ninverted += !(least[l] > FLAT);
         }
     }
 }

@@ -4,6 +4,7 @@
 // Corotational: e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a. Other
 // laws: -V P g_a.
 #include "fem/fem_quadratic.h"
+#include "fem/fem_shell.h"
 
 // See fem_turn.c. Newton starts above the largest root and decreases to it.
 OmMat3 om__fem_rotation(OmMat3 F) {
@@ -50,14 +51,14 @@ static OmMat3 corotational_stress(const OmMaterial* m, OmLawShare share, OmMat3 
     return om_mat3_mul(R, om_mat3_add(om_mat3_scale(2 * mu, e), om_mat3_diag(om_vec3(p, p, p))));
 }
 
-static OmMat3 eval_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
+OmMat3 om__fem_eval_stress(const OmMaterial* m, OmLawShare share, OmMat3 F, double* energy) {
     if (m->law == OM_COROTATIONAL) return corotational_stress(m, share, F, energy);
     return om__law_stress(m, share, F, energy);
 }
 
 double om__fem_eval_energy(const OmMaterial* material, OmLawShare share, OmMat3 F) {
     double energy;
-    eval_stress(material, share, F, &energy);
+    om__fem_eval_stress(material, share, F, &energy);
     return energy;
 }
 
@@ -79,7 +80,7 @@ static Element look_inside(const OmTissueModel* m, const double* x, int e, OmLaw
     memcpy(el.L, L, sizeof el.L);
     OmMat3 D = om_mat3_cols(om_sub(y[1], y[0]), om_sub(y[2], y[0]), om_sub(y[3], y[0]));
     el.F = om_mat3_mul(D, om_mat3_transpose(el.g));
-    el.P = eval_stress(om__fem_material(m, e), share, el.F, &el.energy);
+    el.P = om__fem_eval_stress(om__fem_material(m, e), share, el.F, &el.energy);
     return el;
 }
 
@@ -92,10 +93,135 @@ static Element look_at(const OmTissueModel* m, const double* x, int e, int point
     return el;
 }
 
+// ---- shells -----------------------------------------------------------------------------------------
+
+static OmMat3 strain_matrix(const double v[6]) {
+    return om_mat3_cols(om_vec3(v[0], 0.5 * v[3], 0.5 * v[4]),
+                        om_vec3(0.5 * v[3], v[1], 0.5 * v[5]),
+                        om_vec3(0.5 * v[4], 0.5 * v[5], v[2]));
+}
+
+// F of a shell, by columns, and the shares of the patterns, q (12).
+static OmMat3 split_element(const OmTissueModel* m, const double* x, int e, OmVec3 q[4]) {
+    const OmFemShell* s = &((const OmFem*)m->data)->shell[e];
+    const int* node = nodes_of(m, e);
+    OmMat3 F = om_mat3_scale(0, om_mat3_identity());
+    for (int i = 0; i < 4; ++i) q[i] = (OmVec3){0, 0, 0};
+    for (int a = 1; a < OM__SHELL_NODE; ++a) {  // relative to the first node
+        OmVec3 d = om_sub(om_load3(x, node[a]), om_load3(x, node[0]));
+        F = om_mat3_add(F, om_mat3_outer(d, om_load3(s->grad[a], 0)));
+        for (int i = 0; i < 4; ++i) q[i] = om_madd(q[i], s->hour[i][a], d);
+    }
+    return F;
+}
+
+// d = R^T q, p = k d, e = B d as a matrix; the energy of k, J.
+static double push_element(const OmFemShell* s, OmMat3 R, const OmVec3 q[4], double d[12],
+                           double p[12], OmMat3* e) {
+    double energy = 0, v[6];
+    for (int i = 0; i < 4; ++i) om_store3(d, i, om_mat3_apply_transposed(R, q[i]));
+    for (int r = 0; r < 12; ++r) {
+        p[r] = 0;
+        for (int c = 0; c < 12; ++c) p[r] += s->stiff[r][c] * d[c];
+        energy += 0.5 * d[r] * p[r];
+    }
+    for (int r = 0; r < 6; ++r) {
+        v[r] = 0;
+        for (int c = 0; c < 12; ++c) v[r] += s->strain[r][c] * d[c];
+    }
+    *e = strain_matrix(v);
+    return energy;
+}
+
+// The rotation of F, with the frame of its stretches.
+static OmMat3 turn_element(const OmMaterial* m, OmMat3 F, OmMat3* V, OmVec3* stretch) {
+    OmMat3 U;
+    om_mat3_svd(F, &U, stretch, V);
+    return m->law == OM_LINEAR ? om_mat3_identity() : om_mat3_mul(U, om_mat3_transpose(*V));
+}
+
+// A point of a shell: p and the torque on R get its share, its first stress is returned.
+static OmMat3 eval_shell_point(const OmMaterial* material, const OmFemShell* s, OmMat3 F, OmMat3 R,
+                               OmMat3 e, double side, double p[12], OmVec3* torque,
+                               double* density) {
+    OmMat3 at = om_mat3_add(F, om_mat3_scale(side, om_mat3_mul(R, e)));
+    OmMat3 P = om__fem_eval_stress(material, OM_SHARE_WHOLE, at, density);
+    OmMat3 A = om_mat3_mul(om_mat3_transpose(R), P), M = om_mat3_mul(A, e);
+    const double stress[6] = {A.cx.x,
+                              A.cy.y,
+                              A.cz.z,
+                              0.5 * (A.cx.y + A.cy.x),
+                              0.5 * (A.cx.z + A.cz.x),
+                              0.5 * (A.cy.z + A.cz.y)};
+    double half = 0.5 * side * s->volume;
+    for (int v = 0; v < 6; ++v)
+        for (int n = 0; n < 12; ++n) p[n] += half * s->strain[v][n] * stress[v];
+    *torque = om_madd(*torque, -half, om_vec3(M.cy.z - M.cz.y, M.cz.x - M.cx.z, M.cx.y - M.cy.x));
+    return P;
+}
+
+// Energy, J, of what keeps corners from being crushed; its forces are added.
+static double resist_element(const OmTissueModel* m, int e, OmMat3 F, const OmVec3 q[4],
+                             OmVec3 f[10]) {
+    double Fl[9], ql[12], slope[24] = {0}, lambda, mu;
+    om__fem_lame(m, e, &lambda, &mu);
+    double unit = om__fem_volume(m, e) * mu;
+    om_store3(Fl, 0, F.cx), om_store3(Fl, 1, F.cy), om_store3(Fl, 2, F.cz);
+    for (int i = 0; i < 4; ++i) om_store3(ql, i, q[i]);
+    double energy = om__fem_shell_resist_at(m, e, Fl, ql, slope, NULL);
+    for (int a = 0; a < OM__SHELL_NODE; ++a) f[a] = om_madd(f[a], -unit, om_load3(slope, a));
+    return unit * energy;
+}
+
+static double eval_shell(const OmTissueModel* m, const double* x, int e, OmVec3 f[10]) {
+    const OmFemShell* s = &((const OmFem*)m->data)->shell[e];
+    const OmMaterial* material = om__fem_material(m, e);
+    OmVec3 q[4], stretch, t = {0, 0, 0};
+    OmMat3 F = split_element(m, x, e, q), V, R = turn_element(material, F, &V, &stretch), strain;
+    double d[12], p[12], density[2], energy = push_element(s, R, q, d, p, &strain);
+    OmMat3 P = eval_shell_point(material, s, F, R, strain, 1, p, &t, &density[0]);
+    P = om_mat3_add(P, eval_shell_point(material, s, F, R, strain, -1, p, &t, &density[1]));
+    for (int i = 0; i < 4; ++i) t = om_add(t, om_cross(om_load3(d, i), om_load3(p, i)));
+    t = om_mat3_apply_transposed(V, t);
+    t = om_mat3_apply(V, om_vec3(t.x / fmax(stretch.y + stretch.z, OM__MIN_TURN),
+                                 t.y / fmax(stretch.z + stretch.x, OM__MIN_TURN),
+                                 t.z / fmax(stretch.x + stretch.y, OM__MIN_TURN)));
+    for (int a = 0; a < OM__SHELL_NODE; ++a) {
+        OmVec3 g = om_load3(s->grad[a], 0), inner = {0, 0, 0};
+        for (int i = 0; i < 4; ++i) inner = om_madd(inner, s->hour[i][a], om_load3(p, i));
+        if (material->law != OM_LINEAR) inner = om_sub(inner, om_cross(t, g));
+        f[a] =
+            om_madd(om_scale(-1, om_mat3_apply(R, inner)), -0.5 * s->volume, om_mat3_apply(P, g));
+    }
+    energy += resist_element(m, e, F, q, f);
+    return 0.5 * s->volume * (density[0] + density[1]) + energy;
+}
+
+// The law of a shell at the centroid of a tetrahedron of the mesh: F there is that of its mean gradient and of the
+// strain of the patterns.
+static Element look_at_shell(const OmTissueModel* m, const double* x, int tet) {
+    const OmFemShell* s = &((const OmFem*)m->data)->shell[tet / 6];
+    const OmMaterial* material = om__fem_material(m, tet / 6);
+    OmVec3 q[4], stretch;
+    Element el = {.F = split_element(m, x, tet / 6, q), .volume = s->volume / 6};
+    OmMat3 V, R = turn_element(material, el.F, &V, &stretch);
+    double d[12], p[12], e[6];
+    OmMat3 strain;
+    push_element(s, R, q, d, p, &strain);
+    om__fem_shell_strain(m, tet, d, e);
+    strain = strain_matrix(e);
+    el.F = om_mat3_add(el.F, om_mat3_mul(R, strain));
+    el.P = om__fem_eval_stress(material, OM_SHARE_WHOLE, el.F, &el.energy);
+    return el;
+}
+
+// ---- elements -----------------------------------------------------------------------------------------
+
 // Forces of element e on its nodes, from all its points; its energy, J, is returned.
 static double eval_element(const OmTissueModel* m, const double* x, int e, OmVec3 f[10]) {
     const OmFem* fem = m->data;
     double energy = 0;
+    if (fem->shell) return eval_shell(m, x, e, f);
     for (int n = 0; n < 10; ++n) f[n] = (OmVec3){0, 0, 0};
     for (int q = 0; q < fem->npoint; ++q) {
         Element el = look_at(m, x, e, q);
@@ -168,8 +294,8 @@ static void balance_team(void* ctx, OmTeam* team, int rank, int size) {
     for (int i = (int)(nvert * rank / size); i < (int)(nvert * (rank + 1) / size); ++i) {
         OmVec3 f = {0, 0, 0};
         for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at)
-            f = om_add(f, om_load3(a->corner,
-                                   fem->mids ? fem->quad_visit[at].corner : fem->visit[at].corner));
+            f = om_add(f, om_load3(a->corner, fem->visit ? fem->visit[at].corner
+                                                         : fem->large_visit[at].corner));
         om_store3(a->force, i, f);
     }
 }
@@ -216,6 +342,7 @@ static double measure_of(const OmMaterial* m, const Element* el, OmTissueMeasure
 // part of the law of the whole element.
 static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
     double L[4] = {0, 0, 0, 0};
+    if (((const OmFem*)m->data)->shell) return look_at_shell(m, x, tet);
     if (!m->elem_node) return look_at(m, x, tet, 0);
     const int *node = nodes_of(m, tet / 8), *vert = m->mesh.tet_vert + 4 * (size_t)tet;
     for (int k = 0; k < 4; ++k) {
@@ -233,7 +360,7 @@ static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
 OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
                              double* value) {
     for (int e = 0; e < m->mesh.ntet; ++e) {
-        const OmMaterial* material = om__fem_material(m, m->elem_node ? e / 8 : e);
+        const OmMaterial* material = om__fem_material(m, e / m->ntet_per);
         Element el = look_at_tet(m, x, e);
         value[e] = measure_of(material, &el, measure);
     }

@@ -23,7 +23,8 @@
 #define OM__TURNED 28   // floats of an element between the passes
 #define OM__BLOCKED 68  // the same where a law is not corotational
 #define OM__QUADRATIC \
-    436  // the same of a quadratic element: 45 blocks, 10 forces, one float unused
+    436                // the same of a quadratic element: 45 blocks, 10 forces, one float unused
+#define OM__SHELL 276  // the same of a shell: 28 blocks, 8 forces
 
 typedef enum OmFemFamily {  // how the first pass computes a batch
     OM__FAMILY_TURNED,      // corotational, for all elements of the model
@@ -48,51 +49,67 @@ typedef struct
     float wide[OM__LANE];  // lambda / mu of the wide part; `ratio` of the batch is the inner law's
 } OmFemMids;
 
+typedef struct OmFemShells {  // of a batch of solid-shells, see fem_shell.h
+    int vert[8][OM__LANE];
+    float grad[24][OM__LANE];    // mean gradients of the shape functions at rest, 1/m
+    float hour[32][OM__LANE];    // of the patterns; row 8 i + a
+    float stiff[90][OM__LANE];   // k over V mu, 1/m^2: blocks i <= j, by columns
+    float strain[72][OM__LANE];  // B, 1/m; row 12 v + n
+    float block
+        [252]
+        [OM__LANE];  // of k and of both points at rest: sum_ij hour_ia k_ij hour_jb over V mu, pairs a < b, by columns
+    float turns[OM__LANE];  // 0 where the law is linear: R = I
+} OmFemShells;
+
 typedef struct OmFemVisit {  // an element at one of its vertices
     int corner;              // 4 element + local vertex
     // position of its vertices in the row: 0 the diagonal, 1 the first neighbour
     unsigned short slot[4];
 } OmFemVisit;
 
-typedef struct OmFemQuadVisit {  // a quadratic element at one of its nodes
-    int corner;                  // 10 element + local node
-    unsigned short slot[10];     // position of its nodes in the row
-} OmFemQuadVisit;
+typedef struct OmFemLargeVisit {  // an element of eight or ten nodes at one of them
+    int corner;                   // 8 or 10 element + local node
+    unsigned short slot[10];      // position of its nodes in the row
+} OmFemLargeVisit;
 
 typedef struct OmFem {  // model->data
-    int nelem;          // tetrahedra of four or ten nodes
+    int nelem;          // tetrahedra of four or ten nodes, shells of eight
     int npoint;         // quadrature points in each: 1 or 5
     int nbatch;
     OmFemBatch* batch;  //                                                   (nbatch)
     OmFemMids* mids;    // quadratic                                         (nbatch)
-    double* grad;       // gradients of barycentric coordinates 1, 2, 3, 1/m     (nelem x 9)
-    float ratio;        // lambda / mu if all elements have the same
-    bool is_mixed;      // elements differ in lambda / mu
-    bool is_blocked;    // the first pass uses principal stretches: a law is not corotational
-    int* visit_adr;     // first visit of each vertex                        (nvert + 1)
-    OmFemVisit* visit;  // linear                                            (4 nelem)
-    OmFemQuadVisit* quad_visit;  // quadratic                                (10 nelem)
-    int max_row;                 // blocks of the longest row
+    double* grad;       // tetrahedra: gradients of barycentric coordinates 1, 2, 3, 1/m (nelem x 9)
+    OmFemShells* shells;       // shells                                            (nbatch)
+    struct OmFemShell* shell;  // the same in double                                (nelem)
+    float ratio;               // lambda / mu if all elements have the same
+    bool is_mixed;             // elements differ in lambda / mu
+    bool is_blocked;           // the first pass uses principal stretches: a law is not corotational
+    int* visit_adr;            // first visit of each vertex                        (nvert + 1)
+    OmFemVisit* visit;         // linear                                            (4 nelem)
+    OmFemLargeVisit* large_visit;  // quadratic, shells                      (10 or 8 nelem)
+    int max_row;                   // blocks of the longest row
 } OmFem;
 
 typedef struct OmFemWork {  // work->data
     int nworker;
     size_t row_size;  // floats of one worker's row
     float* turned;    // results of the first pass: OM__TURNED or OM__BLOCKED floats an element
-    double* corner;   // forces on the nodes of elements                    (nelem x 4 or 10 x 3)
+    double* corner;   // forces on the nodes of elements              (nelem x nelem_node x 3)
     float* row;       // the row that a worker gathers                   (nworker x row_size)
 } OmFemWork;
 
 typedef struct OmFemTurn {  // arguments of the first pass
     const OmFemBatch* batch;
     const OmFemMids* mids;
+    const OmFemShells* shells;
     const double *x, *v;
     float lag;     // s, h + Rayleigh's b: strain is taken at x + lag v
     float scale;   // of the gradients, sqrt(h^2 + h b)
     float stress;  // of the stress, h / scale
     float* turned;
     const OmTissueModel* model;
-    bool is_exact;  // tangents are not projected
+    bool is_exact;   // tangents are not projected
+    bool is_turned;  // shells: every law as the corotational one
 } OmFemTurn;
 
 /// The rotation nearest to F, in double: from its invariants, or by SVD where these do not determine it.
@@ -107,6 +124,8 @@ void om__fem_stretch(const OmFemTurn* turn, int begin, int end);
 /// The same for quadratic elements: OM__QUADRATIC floats each, see fem_quadratic.h.
 void om__fem_turn_quadratic(const OmFemTurn* turn, int begin, int end);
 void om__fem_stretch_quadratic(const OmFemTurn* turn, int begin, int end);
+/// The same for shells, every law: OM__SHELL floats each, see fem_shell.h.
+void om__fem_stretch_shell(const OmFemTurn* turn, int begin, int end);
 /// How a law is computed in batches.
 OmFemFamily om__fem_family(const OmMaterial* material);
 /// Rest volume of element e, m^3.
@@ -123,6 +142,8 @@ OmStatus om__fem_get_measure(const OmTissueModel* model, const double* x, OmTiss
 /// See OmTissueEngine.check.
 void om__fem_check(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
                    const double* x_end, bool is_solved, OmTissueCheck* check);
+/// First Piola-Kirchhoff stress, Pa, and energy density, J/m^3, at F, every law.
+OmMat3 om__fem_eval_stress(const OmMaterial* material, OmLawShare share, OmMat3 F, double* energy);
 /// Energy density at F, J/m^3, every law.
 double om__fem_eval_energy(const OmMaterial* material, OmLawShare share, OmMat3 F);
 OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,

@@ -1,11 +1,11 @@
 // fem_model.c: constants of elements, computed at creation, and the engine's table of functions.
 #include <string.h>
 
-#include "fem/fem_internal.h"
+#include "fem/fem_shell.h"
 #include "omentum/fem.h"
 
 const OmMaterial* om__fem_material(const OmTissueModel* model, int e) {
-    size_t tet = model->elem_node ? 8 * (size_t)e : (size_t)e;
+    size_t tet = (size_t)model->ntet_per * (size_t)e;
     return &model->def.material[model->def.nmaterial > 0 ? model->mesh.tet_label[tet] : 0];
 }
 
@@ -15,6 +15,7 @@ void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu)
 }
 
 double om__fem_volume(const OmTissueModel* m, int e) {
+    if (m->nelem_node == OM__SHELL_NODE) return ((const OmFem*)m->data)->shell[e].volume;
     return m->elem_node ? 8 * m->volume[8 * (size_t)e] : m->volume[e];
 }
 
@@ -35,8 +36,9 @@ static bool find_blocked(const OmTissueModel* m) {
 }
 
 // Gradients of the shape functions of vertices 1, 2, 3: the rows of Dm^-1.
-static OmStatus make_gradients(const OmTissueModel* m, OmFem* fem) {
+static OmStatus make_slopes(const OmTissueModel* m, OmFem* fem) {
     const OmTetMesh* mesh = &m->mesh;
+    OM_ALLOC(fem->grad, 9 * (size_t)fem->nelem);
     for (int e = 0; e < fem->nelem; ++e) {
         const int* v = om__elem_node(m) + m->nelem_node * (size_t)e;
         double volume = om__fem_volume(m, e);
@@ -69,11 +71,14 @@ static void fill_batches(const OmTissueModel* m, OmFem* fem) {
             wide = fmax(lambda / mu - OM__INNER_RATIO, 0);
             mids->wide[l] = (float)wide;
         }
-        for (int c = 0; c < 9; ++c) batch->grad[c][l] = (float)fem->grad[9 * (size_t)e + (size_t)c];
+        for (int c = 0; c < 9 && fem->grad; ++c)
+            batch->grad[c][l] = (float)fem->grad[9 * (size_t)e + (size_t)c];
         double volume = om__fem_volume(m, e) * (fem->mids ? 0.25 : 1);
         batch->root[l] = k < fem->nelem ? (float)sqrt(volume * mu) : 0.0F;
         batch->ratio[l] = (float)(lambda / mu - wide);
-        OmFemFamily family = om__fem_family(om__fem_material(m, e));
+        const OmMaterial* material = om__fem_material(m, e);
+        OmFemFamily family = om__fem_family(material);
+        if (fem->shell && material->law == OM_COROTATIONAL) family = OM__FAMILY_TURNED;
         if (l == 0) batch->family = family;
         if (batch->family != family) batch->family = OM__FAMILY_OTHER;
         if (k == 0) fem->ratio = batch->ratio[l];
@@ -103,13 +108,13 @@ static OmStatus make_visits(const OmTissueModel* m, OmFem* fem) {
     }
     for (size_t k = 0; k < n; ++k) {
         int i = node[k], at = fem->visit_adr[i] + fill[i]++;
-        unsigned short* slot = fem->visit ? fem->visit[at].slot : fem->quad_visit[at].slot;
+        unsigned short* slot = fem->visit ? fem->visit[at].slot : fem->large_visit[at].slot;
         for (int b = 0; b < per; ++b)
             slot[b] = (unsigned short)(adr[(size_t)per * k + (size_t)b] - A.row_adr[i]);
         if (fem->visit)
             fem->visit[at].corner = (int)k;
         else
-            fem->quad_visit[at].corner = (int)k;
+            fem->large_visit[at].corner = (int)k;
     }
 done:
     om_bsr_destroy(&A);
@@ -126,7 +131,9 @@ static void fem_destroy(OmTissueModel* m) {
     om_free(fem->grad);
     om_free(fem->visit_adr);
     om_free(fem->visit);
-    om_free(fem->quad_visit);
+    om_free(fem->large_visit);
+    om_free(fem->shells);
+    om_free(fem->shell);
     om_free(fem);
     m->data = NULL;
 }
@@ -136,7 +143,7 @@ static OmStatus fem_create(OmTissueModel* m) {
     OmFem* fem = om_calloc(1, sizeof *fem);
     if (!fem) return OM_NO_MEMORY;
     m->data = fem;  // freed with the model, whatever fails below
-    bool is_quadratic = m->elem_node != NULL;
+    bool is_quadratic = m->nelem_node == 10, is_shell = m->nelem_node == OM__SHELL_NODE;
     fem->nelem = m->nelem;
     fem->npoint = is_quadratic ? 5 : 1;
     fem->nbatch = om_block_count(fem->nelem, OM__LANE);
@@ -144,12 +151,11 @@ static OmStatus fem_create(OmTissueModel* m) {
     fem->visit_adr = om_calloc((size_t)m->mesh.nvert + 1, sizeof *fem->visit_adr);
     if (is_quadratic) fem->mids = om_calloc((size_t)fem->nbatch, sizeof *fem->mids);
     if (!fem->batch || !fem->visit_adr || (is_quadratic && !fem->mids)) return OM_NO_MEMORY;
-    OM_ALLOC(fem->grad, 9 * (size_t)fem->nelem);
-    if (is_quadratic)
-        OM_ALLOC(fem->quad_visit, 10 * (size_t)fem->nelem);
+    if (m->elem_node)
+        OM_ALLOC(fem->large_visit, (size_t)m->nelem_node * (size_t)fem->nelem);
     else
         OM_ALLOC(fem->visit, 4 * (size_t)fem->nelem);
-    OM_TRY(make_gradients(m, fem));
+    OM_TRY(is_shell ? om__fem_shell_make(m, fem) : make_slopes(m, fem));
     fem->is_blocked = find_blocked(m);
     fill_batches(m, fem);
     return make_visits(m, fem);
@@ -158,6 +164,7 @@ static OmStatus fem_create(OmTissueModel* m) {
 // Floats an element leaves for the second pass.
 static size_t left_size(const OmFem* fem) {
     if (fem->mids) return OM__QUADRATIC;
+    if (fem->shells) return OM__SHELL;
     return fem->is_blocked ? OM__BLOCKED : OM__TURNED;
 }
 
@@ -190,9 +197,12 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     const OmFem* fem = m->data;
     const OmFemWork* fw = w->data;
     size_t nelem = (size_t)fem->nelem, nbatch = (size_t)fem->nbatch;
-    size_t visit = fem->visit ? 4 * sizeof *fem->visit : 10 * sizeof *fem->quad_visit;
-    return sizeof *fem + nbatch * sizeof *fem->batch + nelem * 9 * sizeof(double) +
+    size_t visit =
+        (size_t)m->nelem_node * (fem->visit ? sizeof *fem->visit : sizeof *fem->large_visit);
+    return sizeof *fem + nbatch * sizeof *fem->batch +
+           nelem * (fem->shell ? sizeof *fem->shell : 9 * sizeof(double)) +
            (fem->mids ? nbatch * sizeof *fem->mids : 0) +
+           (fem->shells ? nbatch * sizeof *fem->shells : 0) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + nelem * visit + sizeof *fw +
            nelem * 3 * (size_t)m->nelem_node * sizeof(double) +
            nbatch * OM__LANE * left_size(fem) * sizeof(float) +

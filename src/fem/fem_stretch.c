@@ -1,7 +1,6 @@
 // fem_stretch.c: first pass of a step for any law: stiffness blocks and forces by principal stretches.
 //
-// F = U diag(s) V^T by Jacobi rotations of F^T F (V) and orthonormal columns of F V (U), both proper rotations,
-// the smallest s negative where F is inverted. In that frame the tangent is a 3x3 matrix H and three pairs
+// In the frame of F = U diag(s) V^T (fem_frame.h) the tangent is a 3x3 matrix H and three pairs
 // (own, cross) (fem_principal.h), whose negative eigenvalues are set to zero: the matrix of a step is always
 // positive semidefinite. With g_a the shape gradients turned by V^T, a block is V U k_ab U^T,
 //
@@ -14,101 +13,11 @@
 //
 // Everything is in units of mu; a batch has one law, ratios lambda / mu may differ.
 #include "fem/fem_quadratic.h"
+#include "fem/fem_rotation.h"
+#include "fem/fem_shell.h"
 
-#define NSWEEP 4  // of Jacobi rotations; three leave 1e-5 for stretches of 3
 #define PRESSED \
     1e-3F  // -U' of a wide part, over mu, from which on its H is not singular by rounding
-#define MIN_RATIO 1e-3F  // middle stretch over the largest: below, U is not determined
-
-// Symmetric 3x3 matrices: 00, 11, 22, then 12, 02, 01, so that 3 + k is the pair without k.
-typedef struct Frame {
-    V16 U[9], V[9], s[3];  // U and V by columns
-    V16 H[6], own[3], cross[3];
-    V16 P[9];  // first Piola-Kirchhoff stress, by columns
-    I16 is_bad;
-} Frame;
-
-// ---- singular value decomposition -------------------------------------------------------------------------
-
-// Turn columns p and q of V so that the entry pq of C vanishes; kp, kq are the other two of its entries.
-OM__INLINE void rotate(V16* pp, V16* qq, V16* pq, V16* kp, V16* kq, V16* vp, V16* vq) {
-    V16 h = *qq - *pp, d = *pq + *pq, hh = h * h + d * d + 1e-30F;
-    V16 away = abs16(h) + hh * rsqrt16(hh);
-    V16 t = select16(h < 0.0F, -d, d) / away;
-    V16 c = rsqrt16(1.0F + t * t), s = t * c;
-    *pp -= t * *pq;
-    *qq += t * *pq;
-    *pq = splat16(0);
-    V16 a = *kp, b = *kq;
-    *kp = c * a - s * b;
-    *kq = s * a + c * b;
-    for (int r = 0; r < 3; ++r) {
-        a = vp[r];
-        b = vq[r];
-        vp[r] = c * a - s * b;
-        vq[r] = s * a + c * b;
-    }
-}
-
-OM__INLINE V16 dot3(const V16* a, const V16* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-OM__INLINE void cross3(const V16* a, const V16* b, V16* out) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-// The longer of two columns of B = F V first, those of V with them.
-OM__INLINE void order(V16* B, V16* V, V16* n, int p, int q) {
-    I16 swap = n[p] < n[q];
-    V16 a = n[p];
-    n[p] = select16(swap, n[q], a);
-    n[q] = select16(swap, a, n[q]);
-    for (int r = 0; r < 3; ++r) {
-        a = B[3 * p + r];
-        B[3 * p + r] = select16(swap, B[3 * q + r], a);
-        B[3 * q + r] = select16(swap, a, B[3 * q + r]);
-        a = V[3 * p + r];
-        V[3 * p + r] = select16(swap, V[3 * q + r], a);
-        V[3 * q + r] = select16(swap, a, V[3 * q + r]);
-    }
-}
-
-OM__INLINE void decompose(const V16 F[9], Frame* f) {
-    V16 C[6], B[9], n[3];
-    V16* V = f->V;
-    for (int k = 0; k < 3; ++k) {
-        C[k] = dot3(F + 3 * k, F + 3 * k);
-        C[3 + k] = dot3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3));
-    }
-    for (int k = 0; k < 9; ++k) V[k] = splat16(k % 4 == 0 ? 1.0F : 0.0F);
-    for (int sweep = 0; sweep < NSWEEP; ++sweep) {
-        rotate(&C[0], &C[1], &C[5], &C[4], &C[3], V, V + 3);
-        rotate(&C[0], &C[2], &C[4], &C[5], &C[3], V, V + 6);
-        rotate(&C[1], &C[2], &C[3], &C[5], &C[4], V + 3, V + 6);
-    }
-    for (int k = 0; k < 3; ++k) {
-        for (int r = 0; r < 3; ++r)
-            B[3 * k + r] = F[r] * V[3 * k] + F[3 + r] * V[3 * k + 1] + F[6 + r] * V[3 * k + 2];
-        n[k] = dot3(B + 3 * k, B + 3 * k);
-    }
-    order(B, V, n, 0, 1);
-    order(B, V, n, 0, 2);
-    order(B, V, n, 1, 2);
-    V16 inv = rsqrt16(n[0] + 1e-30F);
-    f->s[0] = n[0] * inv;
-    for (int r = 0; r < 3; ++r) f->U[r] = B[r] * inv;
-    V16 along = dot3(f->U, B + 3);
-    for (int r = 0; r < 3; ++r) B[3 + r] -= along * f->U[r];
-    V16 n1 = dot3(B + 3, B + 3);
-    inv = rsqrt16(n1 + 1e-30F);
-    f->s[1] = n1 * inv;
-    for (int r = 0; r < 3; ++r) f->U[3 + r] = B[3 + r] * inv;
-    cross3(f->U, f->U + 3, f->U + 6);
-    cross3(V, V + 3, V + 6);
-    for (int r = 0; r < 3; ++r) B[6 + r] = F[r] * V[6] + F[3 + r] * V[7] + F[6 + r] * V[8];
-    f->s[2] = dot3(f->U + 6, B + 6);
-    f->is_bad = ~(f->s[1] > MIN_RATIO * f->s[0]);
-}
 
 // Is H positive definite?
 OM__INLINE I16 is_positive(const V16 H[6]) {
@@ -169,6 +78,18 @@ OM__INLINE void stable_neo_hookean(const V16 F[9], V16 ratio, float shape, bool 
               k * (determinant(F) - 1.0F) - shape, f);
 }
 
+OM__INLINE void venant_stress(const V16 F[9], V16 ratio, float shape, V16 P[9]) {
+    V16 S[9], trace = splat16(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
+    for (int k = 0; k < 3; ++k) trace += dot3(F + 3 * k, F + 3 * k);
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            S[3 * c + r] = shape * dot3(F + 3 * r, F + 3 * c) +
+                           (r == c ? 0.5F * ratio * trace - shape : splat16(0));
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            P[3 * c + r] = F[r] * S[3 * c] + F[3 + r] * S[3 * c + 1] + F[6 + r] * S[3 * c + 2];
+}
+
 OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Frame* f) {
     const V16* s = f->s;
     V16 t = 0.5F * ratio * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2] - 3.0F);
@@ -180,15 +101,14 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Fr
         f->own[k] = t - shape + shape * u * u + shape * v * v;
         f->cross[k] = shape * u * v;
     }
-    V16 S[9], trace = splat16(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
-    for (int k = 0; k < 3; ++k) trace += dot3(F + 3 * k, F + 3 * k);
-    for (int c = 0; c < 3; ++c)
-        for (int r = 0; r < 3; ++r)
-            S[3 * c + r] = shape * dot3(F + 3 * r, F + 3 * c) +
-                           (r == c ? 0.5F * ratio * trace - shape : splat16(0));
-    for (int c = 0; c < 3; ++c)
-        for (int r = 0; r < 3; ++r)
-            f->P[3 * c + r] = F[r] * S[3 * c] + F[3 + r] * S[3 * c + 1] + F[6 + r] * S[3 * c + 2];
+    venant_stress(F, ratio, shape, f->P);
+}
+
+// Stress alone, of a whole law.
+OM__INLINE void stress_by_volume(const V16 F[9], V16 dU, V16 P[9]) {
+    V16 cof[9];
+    for (int k = 0; k < 3; ++k) cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
+    for (int k = 0; k < 9; ++k) P[k] = F[k] + dU * cof[k];
 }
 
 // Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double. That of a wide part is
@@ -247,6 +167,7 @@ static void principal_lane(const OmMaterial* m, OmLawShare share, double mu, con
     set_lane_matrix(f->V, l, V);
     set_lane_matrix(f->P, l, om_mat3_mul(U, om_mat3_mul(D, om_mat3_transpose(V))));
     for (int k = 0; k < 3; ++k) {
+        f->s[k][l] = (float)stretch[k];
         f->H[k][l] = (float)(p.H[k][k] / mu);
         f->H[3 + k][l] = (float)(p.H[(k + 1) % 3][(k + 2) % 3] / mu);
         f->own[k][l] = (float)(p.own[k] / mu);
@@ -254,17 +175,18 @@ static void principal_lane(const OmMaterial* m, OmLawShare share, double mu, con
     }
 }
 
-static void repair_lanes(const OmFemTurn* t, OmLawShare share, int batch, const V16 F[9],
-                         Frame* f) {
+static void repair_lanes(const OmFemTurn* t, OmLawShare share, int batch, OmFemFamily family,
+                         const V16 F[9], Frame* f) {
     for (int l = 0; l < OM__LANE && batch * OM__LANE + l < t->model->nelem; ++l) {
-        const OmMaterial* m = om__fem_material(t->model, batch * OM__LANE + l);
+        OmMaterial m = *om__fem_material(t->model, batch * OM__LANE + l);
         if (!f->is_bad[l]) continue;
         double lambda, mu, bulk;
-        om_material_lame(m, &lambda, &mu, &bulk);
-        if (m->law == OM_LINEAR)
-            linear_lane(m, share, mu, F, l, f);
+        om_material_lame(&m, &lambda, &mu, &bulk);
+        if (family == OM__FAMILY_TURNED) m.law = OM_COROTATIONAL;
+        if (m.law == OM_LINEAR)
+            linear_lane(&m, share, mu, F, l, f);
         else
-            principal_lane(m, share, mu, F, l, t->is_exact, f);
+            principal_lane(&m, share, mu, F, l, t->is_exact, f);
     }
 }
 
@@ -337,34 +259,67 @@ OM__INLINE void make_forces(const V16 P[9], const V16 grad[12], V16 scale, Lanes
     for (int r = 0; r < 3; ++r) store16(out[r], sum[r]);
 }
 
+// Corotational. R of fem_rotation.h has less rounding than U V^T.
+OM__INLINE void turned_stress(const V16 F[9], V16 ratio, V16 P[9]) {
+    Lanes Fl[9], R[9];
+    int is_bad[OM__LANE], nbad = 0;
+    for (int n = 0; n < 9; ++n) store16(Fl[n], F[n]);
+    find_rotations(Fl, R, is_bad);
+    for (int l = 0; l < OM__LANE; ++l) nbad += is_bad[l];
+    if (nbad > 0) repair_rotations(Fl, R, is_bad);
+    V16 trace = splat16(0);
+    for (int c = 0; c < 3; ++c)
+        trace +=
+            F[c] * load16(R[c]) + F[3 + c] * load16(R[3 + c]) + F[6 + c] * load16(R[6 + c]) - 1.0F;
+    for (int n = 0; n < 9; ++n) P[n] = 2.0F * (F[n] - load16(R[n])) + ratio * trace * load16(R[n]);
+}
+
+// With the geometric terms left out, as in fem_turn.c: the same in every frame.
+OM__INLINE void corotational(const V16 F[9], V16 ratio, Frame* f) {
+    turned_stress(F, ratio, f->P);
+    for (int k = 0; k < 3; ++k) {
+        f->H[k] = ratio + 2.0F;
+        f->H[3 + k] = ratio;
+        f->own[k] = f->cross[k] = splat16(1.0F);
+    }
+}
+
 OM__INLINE void make_law(OmFemFamily family, const V16 F[9], V16 ratio, float shape, bool keeps,
                          Frame* f) {
     switch (family) {
     case OM__FAMILY_NEO: neo_hookean(F, ratio, shape, keeps, f); break;
     case OM__FAMILY_STABLE: stable_neo_hookean(F, ratio, shape, keeps, f); break;
     case OM__FAMILY_VENANT: st_venant(F, ratio, shape, keeps, f); break;
+    case OM__FAMILY_TURNED: corotational(F, ratio, f); break;
     default: st_venant(F, ratio, shape, keeps, f); f->is_bad = f->is_bad | -1;
     }
 }
 
-// The frame of a batch at a point, from F and F'; gradients of its coordinates, and the same turned by V^T.
+// The frame of a batch at a point, with stress and tangent.
+OM__INLINE void make_frame(const OmFemTurn* t, OmLawShare share, int k, OmFemFamily family,
+                           const V16 F[9], Frame* f) {
+    bool is_wide = share == OM_SHARE_WIDE;
+    V16 ratio = load16(is_wide ? t->mids[k].wide : t->batch[k].ratio);
+    decompose(F, f);
+    make_law(family, F, ratio, is_wide ? 0.0F : 1.0F, !is_wide || t->is_exact, f);
+    if (!t->is_exact) project(f, is_wide);
+    int nbad = 0;
+    for (int l = 0; l < OM__LANE; ++l) nbad -= f->is_bad[l];
+    if (nbad > 0) repair_lanes(t, share, k, family, F, f);
+}
+
+// The same from F and F'; gradients of its coordinates, and the same turned by V^T.
 OM__INLINE void stretch_point(const OmFemTurn* t, OmLawShare share, int k, Lanes Fl[9], Lanes Gl[9],
                               Frame* f, V16 rate[9], V16 grad[12], V16 g[12]) {
     const OmFemBatch* batch = &t->batch[k];
-    bool is_wide = share == OM_SHARE_WIDE;
-    V16 F[9], ratio = load16(is_wide ? t->mids[k].wide : batch->ratio);
+    V16 F[9];
     for (int n = 0; n < 9; ++n) {
         F[n] = load16(Fl[n]);
         rate[n] = load16(Gl[n]) - F[n];  // lag dF/dt
         grad[3 + n] = load16(batch->grad[n]);
     }
     for (int r = 0; r < 3; ++r) grad[r] = -(grad[3 + r] + grad[6 + r] + grad[9 + r]);
-    decompose(F, f);
-    make_law(batch->family, F, ratio, is_wide ? 0.0F : 1.0F, !is_wide || t->is_exact, f);
-    if (!t->is_exact) project(f, is_wide);
-    int nbad = 0;
-    for (int l = 0; l < OM__LANE; ++l) nbad -= f->is_bad[l];
-    if (nbad > 0) repair_lanes(t, share, k, F, f);
+    make_frame(t, share, k, batch->family, F, f);
     for (int n = 0; n < 4; ++n)
         for (int r = 0; r < 3; ++r) g[3 * n + r] = dot3(f->V + 3 * r, grad + 3 * n);
 }
@@ -406,6 +361,173 @@ void om__fem_stretch_quadratic(const OmFemTurn* t, int begin, int end) {
             add_point(q, block, force, out);
         }
         store_quadratic(t, k, out);
+    }
+}
+
+// ---- shells ---------------------------------------------------------------------------------------------------
+
+static const signed char shell_pair[OM__SHELL_PAIR][2] = {
+    {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}, {0, 6}, {0, 7}, {1, 2}, {1, 3}, {1, 4},
+    {1, 5}, {1, 6}, {1, 7}, {2, 3}, {2, 4}, {2, 5}, {2, 6}, {2, 7}, {3, 4}, {3, 5},
+    {3, 6}, {3, 7}, {4, 5}, {4, 6}, {4, 7}, {5, 6}, {5, 7}, {6, 7}};
+
+static void stress_lanes(const OmFemTurn* t, int batch, const V16 F[9], V16 P[9]) {
+    for (int l = 0; l < OM__LANE && batch * OM__LANE + l < t->model->nelem; ++l) {
+        const OmMaterial* m = om__fem_material(t->model, batch * OM__LANE + l);
+        double lambda, mu, bulk, energy;
+        om_material_lame(m, &lambda, &mu, &bulk);
+        OmMat3 stress = om__fem_eval_stress(m, OM_SHARE_WHOLE, lane_matrix(F, l), &energy);
+        set_lane_matrix(P, l, om_mat3_scale(1 / mu, stress));
+    }
+}
+
+// Stress at a point of the shells of a batch.
+OM__INLINE void shell_stress(const OmFemTurn* t, int k, OmFemFamily family, const V16 F[9],
+                             V16 P[9]) {
+    V16 ratio = load16(t->batch[k].ratio), unused;
+    switch (family) {
+    case OM__FAMILY_NEO:
+        stress_by_volume(F, neo_volume(determinant(F), ratio, 1.0F, &unused), P);
+        break;
+    case OM__FAMILY_STABLE:
+        stress_by_volume(F, (ratio + 1.0F) * (determinant(F) - 1.0F) - 1.0F, P);
+        break;
+    case OM__FAMILY_TURNED: turned_stress(F, ratio, P); break;
+    case OM__FAMILY_VENANT: venant_stress(F, ratio, 1.0F, P); break;
+    default:
+        for (int n = 0; n < 9; ++n) P[n] = splat16(0);
+        stress_lanes(t, k, F, P);
+    }
+}
+
+// Stress at both points: the mean, what the patterns feel, p, and the torque on R.
+OM__INLINE void shell_points(const OmFemTurn* t, int k, OmFemFamily family, const V16 F[9],
+                             const V16 R[9], const V16 e[6], V16 mean[9], V16 p[12],
+                             V16 torque[3]) {
+    static const signed char row[3] = {0, 0, 1}, col[3] = {1, 2, 2};
+    const V16 sym[9] = {e[0],        0.5F * e[3], 0.5F * e[4], 0.5F * e[3], e[1],
+                        0.5F * e[5], 0.5F * e[4], 0.5F * e[5], e[2]};
+    V16 at[9], P[9], A[9], M[9], stress[6];
+    for (int n = 0; n < 9; ++n) mean[n] = splat16(0);
+    for (int n = 0; n < 3; ++n) torque[n] = splat16(0);
+    for (int side = -1; side < 2; side += 2) {
+        float half = 0.5F * (float)side;
+        point_of_shell(F, R, e, (float)side, at);
+        shell_stress(t, k, family, at, P);
+        for (int c = 0; c < 3; ++c)  // R^T P
+            for (int r = 0; r < 3; ++r) A[3 * c + r] = dot3(R + 3 * r, P + 3 * c);
+        for (int v = 0; v < 3; ++v) {
+            stress[v] = A[4 * v];
+            stress[3 + v] = 0.5F * (A[3 * col[v] + row[v]] + A[3 * row[v] + col[v]]);
+        }
+        pull_patterns(&t->shells[k], stress, splat16(half), p);
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                M[3 * c + r] =
+                    A[r] * sym[3 * c] + A[3 + r] * sym[3 * c + 1] + A[6 + r] * sym[3 * c + 2];
+        torque[0] -= half * (M[5] - M[7]);
+        torque[1] -= half * (M[6] - M[2]);
+        torque[2] -= half * (M[1] - M[3]);
+        for (int n = 0; n < 9; ++n) mean[n] += 0.5F * P[n];
+    }
+}
+
+// tau: the torque on R, turned to the frame, over sums of two stretches, and back.
+OM__INLINE void make_torque(const OmFemShells* s, const Frame* f, const V16 d[12], const V16 p[12],
+                            V16 t[3], V16 tau[3]) {
+    V16 one[3], frame[3];
+    for (int i = 0; i < 4; ++i) {
+        cross3(d + 3 * i, p + 3 * i, one);
+        for (int r = 0; r < 3; ++r) t[r] += one[r];
+    }
+    for (int k = 0; k < 3; ++k) {
+        V16 sum = f->s[(k + 1) % 3] + f->s[(k + 2) % 3];
+        frame[k] =
+            load16(s->turns) * dot3(f->V + 3 * k, t) / max16(sum, splat16((float)OM__MIN_TURN));
+    }
+    for (int r = 0; r < 3; ++r)
+        tau[r] = f->V[r] * frame[0] + f->V[3 + r] * frame[1] + f->V[6 + r] * frame[2];
+}
+
+// Entries of b of the eight nodes: -(V P g_a + R (sum_i hour_ia p_i - tau x g_a)).
+OM__INLINE void shell_forces(const OmFemShells* s, const V16 P[9], const V16 R[9], const V16 p[12],
+                             const V16 tau[3], V16 scale, Lanes* out) {
+    for (int a = 0; a < OM__SHELL_NODE; ++a) {
+        V16 g[3], inner[3], twist[3];
+        for (int c = 0; c < 3; ++c) g[c] = load16(s->grad[3 * a + c]);
+        cross3(tau, g, twist);
+        for (int r = 0; r < 3; ++r) {
+            inner[r] = -twist[r];
+            for (int i = 0; i < 4; ++i) inner[r] += load16(s->hour[8 * i + a]) * p[3 * i + r];
+        }
+        for (int r = 0; r < 3; ++r)
+            store16(out[3 * a + r],
+                    -scale * (P[r] * g[0] + P[3 + r] * g[1] + P[6 + r] * g[2] + R[r] * inner[0] +
+                              R[3 + r] * inner[1] + R[6 + r] * inner[2]));
+    }
+}
+
+// A lane with a corner that is nearly crushed.
+static void add_resistance(const OmFemTurn* t, int k, int l, const V16 F[9], const V16 q[12],
+                           Lanes out[OM__SHELL]) {
+    double slope[3 * OM__SHELL_NODE] = {0}, block[OM__SHELL_FORCE] = {0},
+                     root = (double)t->batch[k].root[l], scale = (double)t->scale * root * root;
+    om__fem_shell_resist(t->model, k * OM__LANE + l, F, q, l, slope, block);
+    for (int n = 0; n < OM__SHELL_FORCE; ++n)
+        out[n][l] += (float)(scale * (double)t->scale * block[n]);
+    for (int n = 0; n < 3 * OM__SHELL_NODE; ++n)
+        out[OM__SHELL_FORCE + n][l] -= (float)(scale * (double)t->stress * slope[n]);
+}
+
+OM_MULTIVERSION
+void om__fem_stretch_shell(const OmFemTurn* t, int begin, int end) {
+    Lanes node[21], out[OM__SHELL];
+    V16 F[9], rate[9], q[12], w[12], d[12], p[12], drag[12], e[6], torque[3], tau[3], g[24], P[9],
+        R[9];
+    Frame f;
+    for (int k = begin; k < end; ++k) {
+        const OmFemBatch* batch = &t->batch[k];
+        const OmFemShells* s = &t->shells[k];
+        V16 stiff = load16(batch->root) * load16(batch->root);
+        gather_shell(s, t->v, node);
+        split_shell(s, node, rate, w);
+        for (int n = 0; n < 9; ++n) rate[n] *= t->lag;
+        for (int n = 0; n < 12; ++n) w[n] *= t->lag;
+        gather_shell(s, t->x, node);
+        split_shell(s, node, F, q);
+        OmFemFamily family = t->is_turned ? OM__FAMILY_TURNED : batch->family;
+        make_frame(t, OM_SHARE_WHOLE, k, family, F, &f);
+        turn_of(s, f.U, f.V, R);
+        push_patterns(s, R, q, d, p, e);
+        shell_points(t, k, family, F, R, e, f.P, p, torque);
+        make_torque(s, &f, d, p, torque, tau);
+        push_patterns(s, R, w, d, drag, e);
+        V16 trace = load16(batch->ratio) * (e[0] + e[1] + e[2]);
+        for (int v = 0; v < 6; ++v) e[v] = v < 3 ? trace + 2.0F * e[v] : e[v];
+        pull_patterns(s, e, splat16(1.0F), drag);
+        for (int n = 0; n < 12; ++n) p[n] += drag[n];
+        make_stress(&f, rate, P);
+        shell_forces(s, P, R, p, tau, stiff * (t->scale * t->stress), out + OM__SHELL_FORCE);
+        for (int a = 0; a < OM__SHELL_NODE; ++a) {
+            V16 grad[3] = {load16(s->grad[3 * a]), load16(s->grad[3 * a + 1]),
+                           load16(s->grad[3 * a + 2])};
+            for (int r = 0; r < 3; ++r) g[3 * a + r] = dot3(f.V + 3 * r, grad);
+        }
+        V16 size = stiff * (t->scale * t->scale);
+        make_blocks(&f, g, size, OM__SHELL_PAIR, shell_pair, out);
+        for (int n = 0; n < OM__SHELL_PAIR; ++n) {
+            V16 own[9], turned[9];
+            for (int c = 0; c < 9; ++c) own[c] = size * load16(s->block[9 * n + c]);
+            turn_block(R, own, turned);
+            for (int c = 0; c < 9; ++c) store16(out[9 * n + c], load16(out[9 * n + c]) + turned[c]);
+        }
+        V16 J = least_ratio(s, F, q);
+        for (int l = 0; l < OM__LANE && k * OM__LANE + l < t->model->nelem; ++l)
+            if (!(J[l] >= (float)OM__SHELL_CRUSHED)) add_resistance(t, k, l, F, q, out);
+        float* left = t->turned + (size_t)k * OM__LANE * OM__SHELL;
+        for (int l = 0; l < OM__LANE; l += 4)
+            for (int n = 0; n < OM__SHELL; n += 4)
+                transpose4(&out[n][l], OM__LANE, left + l * OM__SHELL + n, OM__SHELL);
     }
 }
 

@@ -187,6 +187,9 @@ static OmStatus find_element(const OmMatch* m, bool* is_quadratic) {
     OmBodyParts parts;
     OmTissueDef tissue;
     OM_TRY(om_body_make_tissue_def(m->def.scene, m->def.site, &parts, &tissue));
+    OM_CHECK(
+        tissue.element != OM_ELEMENT_SHELL, OM_UNAVAILABLE,
+        "match: `element: shell` has no estimate of attachments yet; use `element: quadratic`");
     *is_quadratic = tissue.element == OM_ELEMENT_QUADRATIC;
     return OM_OK;
 }

@@ -23,7 +23,7 @@ static const char* const law_name[] = {
     "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
     "mooney-rivlin", "ogden",  "ogden-coupled",       NULL};
 _Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
-static const char* const element_name[] = {"linear", "quadratic", NULL};
+static const char* const element_name[] = {"linear", "quadratic", "shell", NULL};
 _Static_assert(COUNT(element_name) == OM_NTISSUE_ELEMENT + 1, "every element has a name");
 
 // In the order of OmSceneWhere.
@@ -60,7 +60,9 @@ static const OmYamlField tissue_field[] = {
     {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board), .group = MADE,
      .help = "does a board carry the tissue?"},
     {"element", OM_YAML_ENUM, AT(OmSceneTissue, element), .name = element_name,
-     .help = "tetrahedra of four or ten nodes; linear ones bend too stiffly; needs `engine: fem`"},
+     .help =
+         "tetrahedra of four or ten nodes, or solid-shell cells of a sheet; linear ones bend too stiffly; needs "
+         "`engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,

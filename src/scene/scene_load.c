@@ -98,6 +98,10 @@ static OmStatus validate(const OmScene* s, const char* name) {
         OM_CHECK(pair[k][0] <= 0 || pair[k][1] <= 0, OM_INVALID,
                  "%s: %s: stiffness %g N/m and foundation %g N/m^3 exclude each other", name,
                  k ? "believed_attachments" : "attachments", pair[k][0], pair[k][1]);
+    OM_CHECK(
+        s->tissue.source == OM_SOURCE_SHEET || s->tissue.element != OM_ELEMENT_SHELL, OM_INVALID,
+        "%s: tissue: element: shell needs `source: sheet`; leave `element` out for other tissue",
+        name);
     OM_CHECK(s->tissue.source == OM_SOURCE_SHEET || s->tissue.file[0], OM_INVALID,
              "%s: tissue: \"file\" is missing; source %s reads one", name,
              om__scene_source_name[s->tissue.source]);

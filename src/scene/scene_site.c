@@ -67,11 +67,11 @@ static double finer_cells(double n) {
 
 OmVec3 om__scene_world_cells(const OmSceneTissue* t) {
     OmVec3 n = t->world_cells, c = t->cells;
-    const bool is_quadratic = t->element == OM_ELEMENT_QUADRATIC;
+    const bool bends = t->element != OM_ELEMENT_LINEAR;
     return om_vec3(n.x > 0 ? n.x : finer_cells(c.x), n.y > 0 ? n.y : finer_cells(c.y),
-                   n.z > 0        ? n.z
-                   : is_quadratic ? c.z
-                                  : ceil(WORLD_CELLS * c.z));
+                   n.z > 0 ? n.z
+                   : bends ? c.z
+                           : ceil(WORLD_CELLS * c.z));
 }
 
 double om__scene_world_edge(const OmSceneModel* m) {

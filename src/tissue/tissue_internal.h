@@ -15,7 +15,8 @@ struct OmTissueModel {
     OmTetMesh mesh;
     int ncorner;            // vertices of the definition's mesh, the first ones
     int nelem, nelem_node;  // elements that couple their nodes; linear: those of the mesh
-    int* elem_node;         // quadratic elements, else null                       (nelem x 10)
+    int ntet_per;           // tetrahedra of the mesh in each: 1, 8 (quadratic), 6 (shell)
+    int* elem_node;         // null: linear elements                       (nelem x nelem_node)
     // vertices at the ends of the edge of each midpoint, or null       ((nvert - ncorner) x 2)
     int* mid_end;
     unsigned char* own;  // of the tissue itself: see OmTissueDef.nown; null: all  (nvert)

@@ -27,6 +27,7 @@ const char* om_tissue_element_name(OmTissueElement element) {
     switch (element) {
     case OM_ELEMENT_LINEAR: return "linear";
     case OM_ELEMENT_QUADRATIC: return "quadratic";
+    case OM_ELEMENT_SHELL: return "shell";
     case OM_NTISSUE_ELEMENT: break;
     }
     return NULL;
@@ -67,7 +68,8 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK((unsigned)def->element < OM_NTISSUE_ELEMENT, OM_INVALID,
              "tissue: element %d is none of the %d kinds", (int)def->element, OM_NTISSUE_ELEMENT);
     OM_CHECK(def->element == OM_ELEMENT_LINEAR || def->engine->has_quadratic, OM_INVALID,
-             "tissue: element: engine \"%s\" has no quadratic elements", def->engine->name);
+             "tissue: element: engine \"%s\" has no %s elements", def->engine->name,
+             om_tissue_element_name(def->element));
     OM_CHECK(
         !def->options || !def->input, OM_INVALID,
         "tissue: options and input are both given; the engine makes its options from the input");
@@ -112,17 +114,21 @@ static OmStatus check_mesh(const OmTetMesh* mesh, const OmTissueEngine* engine, 
 #define CORNER_MASS (1.0 / 36)
 #define MID_MASS (4.0 / 27)
 
-// A quarter of a tetrahedron's mass to each of its vertices; of the eight that fill a quadratic element, which are of
-// one size, the first stands for all.
+// A quarter of a tetrahedron's mass to each of its vertices; to each of the eight of a shell an eighth of each of its
+// six. Of the eight that fill a quadratic element, which are of one size, the first stands for all.
 static void add_mass(OmTissueModel* m, int tet, double mass) {
     if (!m->elem_node) {
         for (int k = 0; k < 4; ++k)
             m->mass[m->mesh.tet_vert[4 * (size_t)tet + (size_t)k]] += 0.25 * mass;
         return;
     }
+    const int* node = m->elem_node + (size_t)m->nelem_node * (size_t)(tet / m->ntet_per);
+    if (m->def.element == OM_ELEMENT_SHELL) {
+        for (int k = 0; k < 8; ++k) m->mass[node[k]] += 0.125 * mass;
+        return;
+    }
     for (int k = 0; k < 10 && tet % 8 == 0; ++k)
-        m->mass[m->elem_node[10 * (size_t)(tet / 8) + (size_t)k]] +=
-            8 * mass * (k < 4 ? CORNER_MASS : MID_MASS);
+        m->mass[node[k]] += 8 * mass * (k < 4 ? CORNER_MASS : MID_MASS);
 }
 
 static OmStatus lump_mass(OmTissueModel* m) {
@@ -242,7 +248,9 @@ static OmStatus find_own(OmTissueModel* m) {
 
 OmStatus om_tissue_make_tet10(const OmTissueModel* m, const double* x, OmTet10Mesh* mesh) {
     *mesh = (OmTet10Mesh){0};
-    OM_CHECK(m->elem_node, OM_UNAVAILABLE, "tissue: its elements are linear; ten nodes are wanted");
+    OM_CHECK(m->nelem_node == 10, OM_UNAVAILABLE,
+             "tissue: its elements are of kind %s; ten nodes are wanted",
+             om_tissue_element_name(m->def.element));
     OM_TRY(om_tet10_mesh_from_nodes(&m->mesh, m->elem_node, mesh));
     if (x) memcpy(mesh->x, x, 3 * (size_t)mesh->nnode * sizeof *x);
     return OM_OK;
@@ -255,6 +263,30 @@ void om_tissue_gather_corners(const OmTissueModel* m, const double* of_node, dou
             int end = m->mid_end[2 * (i - m->ncorner) + side];
             om_store3(of_corner, end, om_madd(om_load3(of_corner, end), 0.5, om_load3(of_node, i)));
         }
+}
+
+// The elements of the mesh's copy, and the midpoints that they need.
+static OmStatus make_elements(OmTissueModel* m) {
+    m->nelem = m->mesh.ntet;
+    m->nelem_node = 4;
+    m->ntet_per = 1;
+    if (m->def.element == OM_ELEMENT_QUADRATIC) {
+        m->nelem_node = 10;
+        m->ntet_per = 8;
+        OM_TRY(om_tet_mesh_refine_nodes(&m->mesh, &m->elem_node));
+        return find_ends(m);
+    }
+    if (m->def.element == OM_ELEMENT_SHELL) {
+        m->nelem_node = 8;
+        m->ntet_per = 6;
+        m->nelem /= 6;
+        OM_TRY(om_tet_mesh_find_cells(&m->mesh, &m->elem_node));
+        for (int e = 0; e < m->mesh.ntet; ++e)
+            OM_CHECK(m->mesh.tet_label[e] == m->mesh.tet_label[e - e % 6], OM_INVALID,
+                     "tissue: element: cell %d has tetrahedra of two labels, %d and %d", e / 6,
+                     m->mesh.tet_label[e - e % 6], m->mesh.tet_label[e]);
+    }
+    return OM_OK;
 }
 
 OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
@@ -273,13 +305,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     m->options = def->options;
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
     m->ncorner = m->mesh.nvert;
-    m->nelem = m->mesh.ntet;
-    m->nelem_node = 4;
-    if (def->element == OM_ELEMENT_QUADRATIC) {
-        m->nelem_node = 10;
-        OM_TRY_DONE(om_tet_mesh_refine_nodes(&m->mesh, &m->elem_node));
-        OM_TRY_DONE(find_ends(m));
-    }
+    OM_TRY_DONE(make_elements(m));
     m->def.mesh = &m->mesh;
     OM_TRY_DONE(find_own(m));
     OM_TRY_DONE(set_stiffness(m, def->attachment_springs));
@@ -330,7 +356,8 @@ size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t nvert = (size_t)m->mesh.nvert, ntet = (size_t)m->mesh.ntet;
     size_t mesh = nvert * 3 * sizeof(double) + ntet * 5 * sizeof(int);
     if (m->elem_node)
-        mesh += (10 * (size_t)m->nelem + 2 * (nvert - (size_t)m->ncorner)) * sizeof(int);
+        mesh += ((size_t)m->nelem_node * (size_t)m->nelem + 2 * (nvert - (size_t)m->ncorner)) *
+                sizeof(int);
     size_t model = sizeof *m + mesh + 2 * nvert * sizeof(double) + ntet * sizeof(double) +
                    (size_t)m->nsurface * sizeof(int);
     size_t state = om_tissue_state_size(m);

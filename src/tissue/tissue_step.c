@@ -16,9 +16,10 @@
 #define MIN_SHARE (1.0 / 1024)  // of h, the shortest substep
 // Of h, the shortest substep for elements without a barrier.
 #define SOFT_SHARE (1.0 / 4)
-#define QUADRATIC_BOUND \
-    6                  // OmSolverDef.row_bound; test_fem_quadratic measures 5.1 of single elements
-#define SOLVE_WORK 10  // CG iterations that take as long as assembly, preconditioner and checks
+// OmSolverDef.row_bound: test_fem_quadratic measures 5.1 of single elements, test_fem_solid_shell 6.1
+#define QUADRATIC_BOUND 6
+#define SHELL_BOUND 7
+#define SOLVE_WORK 10    // CG iterations that take as long as assembly, preconditioner and checks
 #define GUARD_NEWTON 20  // iterations for a step that breaks a rule of tissue_guard.c
 // Substeps that must succeed before a longer one is tried; doubled if that fails, up to the second.
 #define NLENGTHEN 2
@@ -57,7 +58,10 @@ OmStatus om_tissue_work_create(const OmTissueModel* m, OmTissueWork** work) {
     if (om__has_matrix(m)) {
         OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->nelem, m->nelem_node, om__elem_node(m), &w->A));
         OmSolverDef solver = m->def.solver;
-        if (m->elem_node) solver.row_bound = fmax(solver.row_bound, QUADRATIC_BOUND);
+        if (m->def.element == OM_ELEMENT_QUADRATIC)
+            solver.row_bound = fmax(solver.row_bound, QUADRATIC_BOUND);
+        if (m->def.element == OM_ELEMENT_SHELL)
+            solver.row_bound = fmax(solver.row_bound, SHELL_BOUND);
         OM_TRY_DONE(om_solver_create(&solver, &w->A, m->mesh.x, &w->solver));
     }
     if (m->engine->create_work) OM_TRY_DONE(m->engine->create_work(m, w));

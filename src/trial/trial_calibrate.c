@@ -12,6 +12,7 @@
 // threshold. The arms act at a limit L: they slow down from three quarters of L on, stand still above it, and feel the
 // twin's pull. L is the largest for which the truth stays below the threshold in 95 % of the instants at which the
 // twin's pull is between 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
+// The modulus of real tissue is not known: the truths may have those of a range, even in their logarithm over layouts.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
 // pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
 // sorted by layout and block.
@@ -46,6 +47,7 @@ typedef struct Sample {  // a block of a layout
 
 typedef struct Calibration {
     const OmScene* scene;
+    const double* young;    // the truth's modulus over the twin's, from, to; null: the scene's
     Sample* sample;         // (nlayout x nblock)
     Pairs* pairs;           // of each layout
     TrialOutcome* outcome;  // of each layout
@@ -164,14 +166,20 @@ done:
     return status;
 }
 
+// Golden shares: even in the range for any number of layouts.
+static double golden(int layout) { return fmod((layout + 0.5) * 0.6180339887498949, 1); }
+
 static OmStatus run_truth(Calibration* c, int layout) {
     Trial* truth = NULL;
+    OmScene scene = *c->scene;
+    if (c->young)
+        scene.world.young_factor = c->young[0] * pow(c->young[1] / c->young[0], golden(layout));
     OmStatus status = OM_OK;
     for (int b = 0; status >= 0 && b < c->nblock; ++b) {
         const Sample* s = &c->sample[layout * c->nblock + b];
         if (s->trace[0].n == 0) continue;
         if (!truth) {
-            OM_TRY(om__trial_create(c->scene, layout + 1, OM_SITE_WORLD, 1, &truth));
+            OM_TRY(om__trial_create(&scene, layout + 1, OM_SITE_WORLD, 1, &truth));
             truth->tick = tick;
             truth->tick_ctx = c;
         }
@@ -312,15 +320,20 @@ done:
     return status;
 }
 
-OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
-                                    const OmProgress* progress, OmForceCalibration* calibration) {
+OmStatus om_retract_calibrate_force(const OmScene* scene, const double young[2], int nlayout,
+                                    int nworker, const OmProgress* progress,
+                                    OmForceCalibration* calibration) {
     memset(calibration, 0, sizeof *calibration);
+    OM_CHECK(!young || (young[0] > 0 && young[0] <= young[1] && young[1] < 1e6), OM_INVALID,
+             "moduli of the truth from %g to %g times the twin's; above 0 and ascending", young[0],
+             young[1]);
     OM_CHECK(nlayout >= 1 && nlayout <= 10000, OM_INVALID, "%d layouts; 1 to 10000", nlayout);
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
     OM_CHECK(om_engine_capabilities(engine) & OM_ENGINE_FORCES, OM_INVALID,
              "the twin's engine \"%s\" has no forces in newtons to calibrate", engine->name);
     Calibration c = {.scene = scene,
+                     .young = young,
                      .nlayout = nlayout,
                      .nblock = scene->task.grid * scene->task.grid,
                      .progress = progress,

@@ -17,7 +17,8 @@ typedef struct ElementKind {
     OmTissueElement element;
 } ElementKind;
 static const ElementKind linear_element = {"linear", OM_ELEMENT_LINEAR},
-                         quadratic_element = {"quadratic", OM_ELEMENT_QUADRATIC};
+                         quadratic_element = {"quadratic", OM_ELEMENT_QUADRATIC},
+                         shell_element = {"shell", OM_ELEMENT_SHELL};
 
 static inline void element_choose(TestRig* r, const ElementKind* kind) {
     r->def.element = kind->element;
@@ -33,7 +34,8 @@ static inline void element_start(TestRig* r, const ElementKind* kind, const int 
     two[1].bulk = 0;
     r->def.nmaterial = 2;
     r->def.material = two;
-    for (int e = 0; e < r->mesh.ntet; ++e) r->mesh.tet_label[e] = e % 5 == 0;
+    int per = kind->element == OM_ELEMENT_SHELL ? 6 : 1;  // tetrahedra of an element
+    for (int e = 0; e < r->mesh.ntet; ++e) r->mesh.tet_label[e] = e / per % 5 == 0;
     r->def.gravity = om_vec3(0, 0, 0);
     element_choose(r, kind);
     rig_start(r);
@@ -109,6 +111,10 @@ static inline void check_step_sees_the_same(const ElementKind* kind, const int c
         rig_shake(element_nodes(&r), NULL, 0.0008, x);
         assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
         assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
+        OmTissueCheck check;
+        om__fem_check(r.m, r.w, x, element_nodes(&r)->x, false, &check);
+        assert_near_rel(check.elastic_begin, element_energy(&r, x), 1e-4);
+        assert_near(check.elastic_end, 0, 1e-4 * check.elastic_begin);
         assert_ok(om_tissue_begin_step(r.m, r.s, r.w, h));
         for (size_t k = 0; k < n; ++k) largest = fmax(largest, h * fabs(f[k]));
         for (size_t k = 0; k < n; ++k) worst = fmax(worst, fabs(r.w->b[k] - h * f[k]));

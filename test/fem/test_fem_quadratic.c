@@ -413,11 +413,13 @@ static void test_strip(void** context) {
         double lo, hi;  // of the error
     } row[] = {{&linear_element, {6, 3, 1}, -0.95, -0.85},
                {&linear_element, {12, 6, 2}, -0.80, -0.70},
+               {&shell_element, {6, 3, 1}, -0.03, 0.03},
+               {&shell_element, {12, 6, 1}, -0.02, 0.02},
                {&quadratic_element, {6, 3, 1}, -0.02, 0.02},
                {&quadratic_element, {12, 6, 1}, -0.04, 0.04},
                {&quadratic_element, {24, 12, 2}, -0.01, 0.01}};
     double reference = 11.40;  // mm, doc/fem.md
-    for (int k = 0; k < (test_is_slow() ? 5 : 4); ++k) {
+    for (int k = 0; k < (test_is_slow() ? 7 : 6); ++k) {
         const int* n = row[k].cells;
         double w = strip(row[k].kind, n[0], n[1], n[2], 3000, 0.05), error = w / reference - 1;
         printf("strip, %s %dx%dx%d: %.2f mm, %+.1f %%\n", row[k].kind->name, n[0], n[1], n[2], w,
@@ -426,11 +428,16 @@ static void test_strip(void** context) {
     }
     // under its whole weight: 24x12x2 sinks 53.19 mm
     double coarse = strip(&quadratic_element, 6, 3, 1, 20000, 9.81),
-           fine = strip(&quadratic_element, 12, 6, 1, 20000, 9.81);
+           fine = strip(&quadratic_element, 12, 6, 1, 20000, 9.81),
+           shell = strip(&shell_element, 6, 3, 1, 20000, 9.81),
+           fine_shell = strip(&shell_element, 12, 6, 1, 20000, 9.81);
+    printf("20 kPa, 9.81 m/s2: shells 6x3x1 %.2f mm, 12x6x1 %.2f mm\n", shell, fine_shell);
     printf("20 kPa, 9.81 m/s2: quadratic 6x3x1 %.2f mm, 12x6x1 %.2f mm, linear 6x3x1 %.2f mm\n",
            coarse, fine, strip(&linear_element, 6, 3, 1, 20000, 9.81));
     assert_near(coarse, 53.19, 1);
     assert_near(fine, 53.19, 0.3);
+    assert_near(shell, 53.19, 1);
+    assert_near(fine_shell, 53.19, 1);
     if (test_is_slow()) assert_near(strip(&quadratic_element, 24, 12, 2, 20000, 9.81), 53.19, 0.02);
 }
 
@@ -494,8 +501,12 @@ static void test_lift(void** context) {
     lift(&linear_element, 24, 2);
     Lift linear = lift(&linear_element, 48, 4), quadratic = lift(&quadratic_element, 12, 1),
          fine = lift(&quadratic_element, 24, 2);
+    lift(&shell_element, 12, 1);
+    Lift shell = lift(&shell_element, 24, 1);
     for (int k = 0; k < 2; ++k) {
+        assert_near_rel(shell.force[k], fine.force[k], k ? 0.05 : 0.03);
         assert_near_rel(quadratic.force[k], fine.force[k], 0.03);
+        assert_near_rel(shell.force[k], fine.force[k], k ? 0.05 : 0.03);
         assert_true(linear.force[k] > quadratic.force[k]);
     }
     assert_true(quadratic.least < 0.5 * linear.least);
@@ -539,8 +550,7 @@ static OmVec3 exact_tip(double p, double q) {
 }
 
 // A rod of 100 x 2 x 2 mm, nu 0, 20 cells of 5 mm, against the exact curve: end load and own weight.
-static void test_elastica(void** context) {
-    (void)context;
+static void check_elastica(const ElementKind* kind) {
     static const double load[4][2] = {{1, 0}, {5, 0}, {10, 0}, {0, 10}};  // P L^2 / EI, w L^3 / EI
     for (int k = 0; k < 4; ++k) {
         if (!test_is_slow() && k != 2) continue;
@@ -548,7 +558,7 @@ static void test_elastica(void** context) {
         double L = 0.1, a = 0.002, young = 1e6, EI = young * a * a * a * a / 12;
         rig_box(&r, om_vec3(0, 0, 0), om_vec3(L, a, a), 20, 1, 1);
         rig_attach_plane(&r, 0, 0);
-        r.def.element = OM_ELEMENT_QUADRATIC;
+        element_choose(&r, kind);
         r.def.material_default = (OmMaterial){.young = young, .poisson = 0};
         r.def.rayleigh_mass = 6;
         r.def.solver.tolerance = 1e-4;
@@ -578,11 +588,17 @@ static void test_elastica(void** context) {
         double apart = om_distance(tip, exact), speed = 0;
         for (int i = 0; i < 3 * mesh->nvert; ++i) speed = fmax(speed, fabs(om_tissue_v(r.s)[i]));
         assert_below(speed, 1e-4);
-        printf("elastica, end %g, weight %g: tip (%.4f, %.4f), exact (%.4f, %.4f), %.2f %% apart\n",
-               load[k][0], load[k][1], tip.x, tip.z, exact.x, exact.z, 100 * apart);
+        printf("elastica, %s, end %g, weight %g: tip (%.4f, %.4f), exact (%.4f, %.4f), %.2f %%\n",
+               kind->name, load[k][0], load[k][1], tip.x, tip.z, exact.x, exact.z, 100 * apart);
         assert_below(apart, 0.01);
         rig_done(&r);
     }
+}
+
+static void test_elastica(void** context) {
+    (void)context;
+    check_elastica(&quadratic_element);
+    check_elastica(&shell_element);
 }
 
 int main(void) {

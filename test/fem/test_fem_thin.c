@@ -219,12 +219,13 @@ static void test_free_plate(void** context) {
 #define NSTRIP 6
 
 // The engine's own matrix and masses: a strip of 60 x 30 x 5 mm held at one end.
-static void strip_modes(OmMaterial material, OmVec3 size, const int num[3], double lambda[NSTRIP]) {
+static void strip_modes(OmTissueElement element, OmMaterial material, OmVec3 size, const int num[3],
+                        double lambda[NSTRIP]) {
     const double light = 1e-9;  // kg/m^3: the matrix of a step of 1 s is then the stiffness
     TestRig r;
     rig_box(&r, om_vec3(0, 0, 0), size, num[0], num[1], num[2]);
     rig_attach_plane(&r, 0, 0);
-    r.def.element = OM_ELEMENT_QUADRATIC;
+    r.def.element = element;
     r.def.material_default = material;
     r.def.density = light;
     r.def.rayleigh_mass = 0;
@@ -246,7 +247,6 @@ static void test_strip_modes(void** context) {
     const OmMaterial material = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
     // Hz, of OM_HEX8_MEAN with 48x24x4 cells
     double fine[NSTRIP] = {0.4086, 1.5179, 2.0011, 2.4508, 4.8645, 6.5139}, lambda[NSTRIP];
-    strip_modes(material, size, cells, lambda);
     if (test_is_slow()) {
         double hex[2][NSTRIP], tet[2][NSTRIP];
         for (int n = 0; n < 2; ++n) {
@@ -263,11 +263,16 @@ static void test_strip_modes(void** context) {
             assert_near_rel(sqrt(tet[1][k]) / (2 * OM_PI), fine[k], 0.005);
         }
     }
-    for (int k = 0; k < NSTRIP; ++k) {
+    for (int n = 0; n < 2 * NSTRIP; ++n) {
+        OmTissueElement element = n < NSTRIP ? OM_ELEMENT_QUADRATIC : OM_ELEMENT_SHELL;
+        int k = n % NSTRIP;
+        if (k == 0) strip_modes(element, material, size, cells, lambda);
         double f = sqrt(lambda[k]) / (2 * OM_PI);
-        printf("strip, shape %d: %.4f Hz, converged %.4f Hz (%+.2f %%)\n", k + 1, f, fine[k],
-               100 * (f / fine[k] - 1));
-        assert_near_rel(f, fine[k], 0.03);
+        printf("strip, %s, shape %d: %.4f Hz, converged %.4f Hz (%+.2f %%)\n",
+               om_tissue_element_name(element), k + 1, f, fine[k], 100 * (f / fine[k] - 1));
+        // shapes of shells that turn are too slow: lumps of mass at the sides of six cells have 2 / 36 too much inertia
+        bool is_turning = element == OM_ELEMENT_SHELL && (k == 1 || k >= 4);
+        assert_near_rel(f, fine[k], is_turning ? 0.045 : 0.03);
     }
 }
 

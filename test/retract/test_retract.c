@@ -428,12 +428,12 @@ static void test_calibration(void** state) {
     scene.task.grid = 2;
     scene.task.max_height = 0.02;
     OmForceCalibration a, b;
-    assert_ok(om_retract_calibrate_force(&scene, 2, 1, NULL, &a));
+    assert_ok(om_retract_calibrate_force(&scene, NULL, 2, 1, NULL, &a));
     assert_int_equal(a.nrun, 4);  // of 2 x 2 blocks in two layouts: half of the sheet is held
     assert_int_equal(a.nheld, 4);
     assert_true(a.held_median > 1.5 * a.median);
     if (test_is_slow()) {
-        assert_ok(om_retract_calibrate_force(&scene, 2, 2, NULL, &b));
+        assert_ok(om_retract_calibrate_force(&scene, NULL, 2, 2, NULL, &b));
         assert_memory_equal(&a, &b, sizeof a);
     }
     assert_true(a.lower_quartile <= a.median && a.median <= a.upper_quartile &&

@@ -205,12 +205,22 @@ static void test_a_volume(void** state) {
     expect(s.model.attach_turn, PI / 2);
 }
 
+// Shells are cells of a sheet: they are read, and other tissue refuses them with the remedy.
+static void test_shells(void** state) {
+    (void)state;
+    OmScene s = parse("name: keys\ntissue: {source: sheet, element: shell}\n");
+    assert_int_equal(s.tissue.element, OM_ELEMENT_SHELL);
+    const char text[] = "name: keys\ntissue: {source: mesh, file: a.vtu, element: shell}\n";
+    assert_status(om_scene_parse(text, strlen(text), "keys", &s), OM_INVALID);
+    if (!strstr(om_error_message(), "shell needs `source: sheet`"))
+        fail_msg("%s", om_error_message());
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_sheet),
-        cmocka_unit_test(test_limits_of_the_monitor),
-        cmocka_unit_test(test_a_mesh),
-        cmocka_unit_test(test_a_volume),
+        cmocka_unit_test(test_a_sheet), cmocka_unit_test(test_limits_of_the_monitor),
+        cmocka_unit_test(test_a_mesh),  cmocka_unit_test(test_a_volume),
+        cmocka_unit_test(test_shells),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

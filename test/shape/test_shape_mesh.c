@@ -202,6 +202,48 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     assert_true(nfail > 15);
 }
 
+// Cells of a box in every position of its thin side: eight nodes counter-clockwise, the third axis through it.
+static void test_cells(void** unused) {
+    (void)unused;
+    static const int num[3][3] = {{1, 4, 3}, {3, 1, 4}, {4, 3, 1}};
+    for (int axis = 0; axis < 3; ++axis) {
+        OmTetMesh mesh;
+        int* node;
+        const int* n = num[axis];
+        assert_ok(
+            om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(n[0], n[1], n[2]), n[0], n[1], n[2], &mesh));
+        assert_ok(om_tet_mesh_find_cells(&mesh, &node));
+        for (int c = 0; c < mesh.ntet / 6; ++c) {
+            OmVec3 x[8];
+            for (int a = 0; a < 8; ++a) x[a] = om_load3(mesh.x, node[8 * c + a]);
+            OmVec3 u = om_sub(x[1], x[0]), v = om_sub(x[3], x[0]), w = om_sub(x[4], x[0]);
+            assert_near(om_dot(om_cross(u, v), w), 1, 1e-12);
+            const double through[3] = {w.x, w.y, w.z};
+            assert_near(through[axis], 1, 1e-12);
+            // a parallelepiped: every node is where the three sides put it, and in the tetrahedra of the cell
+            static const int sides[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                            {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+            for (int a = 0; a < 8; ++a) {
+                OmVec3 p =
+                    om_madd(om_madd(om_madd(x[0], sides[a][0], u), sides[a][1], v), sides[a][2], w);
+                int found = 0;
+                assert_near(om_distance(p, x[a]), 0, 1e-12);
+                for (int k = 0; k < 24; ++k) found += mesh.tet_vert[24 * c + k] == node[8 * c + a];
+                assert_true(found > 0);
+            }
+        }
+        om_free(node);
+        mesh.tet_vert[24 + 3] = mesh.tet_vert[3];  // a vertex of another cell
+        assert_int_equal(om_tet_mesh_find_cells(&mesh, &node), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "tetrahedra 6 to 11"));
+        assert_null(node);
+        mesh.ntet -= 1;
+        assert_int_equal(om_tet_mesh_find_cells(&mesh, &node), OM_INVALID);
+        mesh.ntet += 1;
+        om_tet_mesh_done(&mesh);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_box_fills_its_volume),
@@ -211,6 +253,7 @@ int main(void) {
         cmocka_unit_test(test_sets_are_sorted_and_replaced),
         cmocka_unit_test(test_join),
         cmocka_unit_test(test_validate_names_the_offender),
+        cmocka_unit_test(test_cells),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

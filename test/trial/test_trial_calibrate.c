@@ -5,7 +5,7 @@
 #include "trial/trial_lift.h"
 
 // Without weight the pull of the truth is in proportion to its modulus, at every instant of lift and folds.
-static void calibrate(double young_factor, OmForceCalibration* c) {
+static void calibrate(double young_factor, const double young[2], OmForceCalibration* c) {
     OmScene s = easy_scene();
     s.tissue.density = 1;
     s.tissue.cells = om_vec3(6, 6, 1);
@@ -16,14 +16,21 @@ static void calibrate(double young_factor, OmForceCalibration* c) {
     s.task.speed = 0.2;
     s.task.max_height = 0.02;
     s.task.retract = 0.08;
-    assert_ok(om_retract_calibrate_force(&s, 1, 1, NULL, c));
+    assert_ok(om_retract_calibrate_force(&s, young, 1, 1, NULL, c));
 }
 
 static void a_stiffer_truth_bears_more(void** state) {
     (void)state;
-    OmForceCalibration soft, stiff;
-    calibrate(1, &soft);
-    calibrate(2, &stiff);
+    OmForceCalibration soft, stiff, drawn, one;
+    calibrate(1, NULL, &soft);
+    calibrate(2, NULL, &stiff);
+    // of a range the only layout gets the share 0.309: 0.5 to 2 is 0.5 4^0.309; one value is that value
+    calibrate(7, (const double[2]){2, 2}, &one);
+    assert_memory_equal(&one, &stiff, sizeof one);
+    calibrate(0.5 * pow(4, 0.5 * 0.6180339887498949), NULL, &one);
+    calibrate(7, (const double[2]){0.5, 2}, &drawn);
+    assert_near_rel(drawn.margin, one.margin, 1e-12);
+    assert_near_rel(drawn.more_median, one.more_median, 1e-12);
     print_message("epsilon %g N, %d instants, median %g and %g N, margin %g and %g N\n",
                   soft.threshold, soft.npair, soft.more_median, stiff.more_median, soft.margin,
                   stiff.margin);
