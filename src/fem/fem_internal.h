@@ -24,7 +24,7 @@
 #define OM__BLOCKED 68  // the same where a law is not corotational
 #define OM__QUADRATIC \
     436                // the same of a quadratic element: 45 blocks, 10 forces, one float unused
-#define OM__SHELL 276  // the same of a shell: 28 blocks, 8 forces
+#define OM__SHELL 280  // the same of a shell: 28 blocks, 8 forces, four floats unused
 
 typedef enum OmFemFamily {  // how the first pass computes a batch
     OM__FAMILY_TURNED,      // corotational, for all elements of the model

@@ -485,6 +485,7 @@ void om__fem_stretch_shell(const OmFemTurn* t, int begin, int end) {
     V16 F[9], rate[9], q[12], w[12], d[12], p[12], drag[12], e[6], torque[3], tau[3], g[24], P[9],
         R[9];
     Frame f;
+    memset(out, 0, sizeof out);
     for (int k = begin; k < end; ++k) {
         const OmFemBatch* batch = &t->batch[k];
         const OmFemShells* s = &t->shells[k];
