@@ -214,9 +214,9 @@ static bool make_hour(const Cell* cell, OmFemShell* s) {
     return true;
 }
 
-// The energy of the patterns that their mean strain has: V times that of the mean.
-static void subtract_mean(const OmFemShell* s, double lambda, double mu, double A[NCOL][NCOL]) {
-    double mean[6][NCOL] = {{0}};
+// The mean strain of the patterns: F has it. Zero in a parallelepiped.
+static void mean_strain(const OmFemShell* s, double mean[6][NCOL]) {
+    memset(mean, 0, 6 * sizeof mean[0]);
     for (int n = 0; n < 12; ++n) {
         double slope[3] = {0, 0, 0},
                h[4];  // the mean gradient of pattern n / 3, along component n % 3
@@ -229,6 +229,12 @@ static void subtract_mean(const OmFemShell* s, double lambda, double mu, double 
             mean[v][n] = (i == n % 3) * slope[j] + (i != j) * (j == n % 3) * slope[i];
         }
     }
+}
+
+// The energy of the patterns that their mean strain has: V times that of the mean.
+static void subtract_mean(const OmFemShell* s, double lambda, double mu, double A[NCOL][NCOL]) {
+    double mean[6][NCOL];
+    mean_strain(s, mean);
     add_energy(mean, -s->volume, lambda, mu, A);
 }
 
@@ -352,7 +358,7 @@ void om__fem_shell_strain(const OmTissueModel* m, int tet, const double d[12], d
     int e = tet / 6;
     const int *node = m->elem_node + 8 * (size_t)e, *vert = m->mesh.tet_vert + 4 * (size_t)tet;
     Cell cell;
-    double lambda, mu, A[NCOL][NCOL], S[6][NCOL], at[3] = {0, 0, 0};
+    double lambda, mu, A[NCOL][NCOL], S[6][NCOL], mean[6][NCOL], at[3] = {0, 0, 0};
     for (int k = 0; k < 4; ++k) {
         int n = 0;
         while (node[n] != vert[k]) ++n;
@@ -362,9 +368,10 @@ void om__fem_shell_strain(const OmTissueModel* m, int tet, const double d[12], d
     om__fem_lame(m, e, &lambda, &mu);
     eliminate(&cell, lambda, mu, A);
     condensed_strain(&cell, A, at, S);
+    mean_strain(&((const OmFem*)m->data)->shell[e], mean);
     for (int v = 0; v < 6; ++v) {
         strain[v] = 0;
-        for (int n = 0; n < 12; ++n) strain[v] += S[v][n] * d[n];
+        for (int n = 0; n < 12; ++n) strain[v] += (S[v][n] - mean[v][n]) * d[n];
     }
 }
 
