@@ -158,7 +158,7 @@ class Tissue(Owner):
         bonds: springs between bodies of the mesh, for each a tuple: vertices of one body, (first, end) of the tetrahedra of the
         other one, N/m of each vertex.
         options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
-        rayleigh_stiffness, max_newton, element ("linear", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
+        rayleigh_stiffness, max_newton, element ("linear", "shell", or "quadratic", the default of "fem"), solver={"nworker": 2, ...}.
         """
         check_material(options)
         mesh_of(mesh)

@@ -2,7 +2,7 @@
 //
 // Every step runs this check, so it uses floats, a batch of elements at a time. Energies are in units of V mu:
 //
-//     corotational            |F|^2 - 2 f + 3 + r/2 (f - 3)^2,    f = tr S, the root of fem_turn.c
+//     corotational            |F|^2 - 2 f + 3 + r/2 (f - 3)^2,    f = tr S, the root of fem_rotation.h
 //     neo-Hookean             (I1 - 3)/2 - ln J + r/2 (ln J)^2
 //     stable neo-Hookean      (I1 - 3)/2 - (J - 1) + (r + 1)/2 (J - 1)^2
 //     St Venant-Kirchhoff     r/2 (tr E)^2 + |E|^2

@@ -6,7 +6,7 @@
 #include "fem/fem_quadratic.h"
 #include "fem/fem_shell.h"
 
-// See fem_turn.c. Newton starts above the largest root and decreases to it.
+// See fem_rotation.h. Newton starts above the largest root and decreases to it.
 OmMat3 om__fem_rotation(OmMat3 F) {
     double norm = om_mat3_norm(F);
     if (!(norm > 1e-150)) return om_mat3_polar(F);
