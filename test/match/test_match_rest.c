@@ -166,6 +166,10 @@ static void test_refusals(void** state) {
     def.moved = 0;
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "moved"));
+    def = om_match_default_def(&rig.scene, &rig.site);
+    rig.scene.tissue.element = OM_ELEMENT_SHELL;
+    assert_int_equal(om_match_create(&def, &match), OM_UNAVAILABLE);
+    assert_non_null(strstr(om_error_message(), "element: shell"));
     def = (OmMatchDef){0};
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_null(match);
