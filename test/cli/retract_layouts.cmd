@@ -31,6 +31,10 @@ out ^3 grasps above attachments
 out ^force_threshold: \d
 out ^force_margin: \d
 
+$ omentum calibrate-force coarse.yaml -q --count 1 --young 2,0.5
+exit 3
+err --young: "2,0.5" is not of the form LO,HI
+
 # A key that is gone: the reason and the remedy.
 $ sed -e 's/  source: sheet/  source: sheet\n  mesh_factor: 0.5/' small.yaml > factor.yaml && omentum retract factor.yaml -q --dry-run
 exit 3
