@@ -197,22 +197,21 @@ static double eval_shell(const OmTissueModel* m, const double* x, int e, OmVec3 
     return 0.5 * s->volume * (density[0] + density[1]) + energy;
 }
 
-// The law of a shell at the centroid of a tetrahedron of the mesh: F there is that of its mean gradient and of the
-// strain of the patterns.
-static Element look_at_shell(const OmTissueModel* m, const double* x, int tet) {
-    const OmFemShell* s = &((const OmFem*)m->data)->shell[tet / 6];
-    const OmMaterial* material = om__fem_material(m, tet / 6);
+// The law of a shell at the centroids of its six tetrahedra: F there is that of its mean gradient and of the strain of
+// the patterns.
+static void look_at_shell(const OmTissueModel* m, const double* x, int e, Element el[6]) {
+    const OmFemShell* s = &((const OmFem*)m->data)->shell[e];
+    const OmMaterial* material = om__fem_material(m, e);
     OmVec3 q[4], stretch;
-    Element el = {.F = split_element(m, x, tet / 6, q), .volume = s->volume / 6};
-    OmMat3 V, R = turn_element(material, el.F, &V, &stretch);
-    double d[12], p[12], e[6];
-    OmMat3 strain;
-    push_element(s, R, q, d, p, &strain);
-    om__fem_shell_strain(m, tet, d, e);
-    strain = strain_matrix(e);
-    el.F = om_mat3_add(el.F, om_mat3_mul(R, strain));
-    el.P = om__fem_eval_stress(material, OM_SHARE_WHOLE, el.F, &el.energy);
-    return el;
+    OmMat3 F = split_element(m, x, e, q), V, R = turn_element(material, F, &V, &stretch), unused;
+    double d[12], p[12], strain[6][6];
+    push_element(s, R, q, d, p, &unused);
+    om__fem_shell_strains(m, e, d, strain);
+    for (int k = 0; k < 6; ++k) {
+        el[k] = (Element){.F = om_mat3_add(F, om_mat3_mul(R, strain_matrix(strain[k]))),
+                          .volume = s->volume / 6};
+        el[k].P = om__fem_eval_stress(material, OM_SHARE_WHOLE, el[k].F, &el[k].energy);
+    }
 }
 
 // ---- elements -----------------------------------------------------------------------------------------
@@ -342,7 +341,6 @@ static double measure_of(const OmMaterial* m, const Element* el, OmTissueMeasure
 // part of the law of the whole element.
 static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
     double L[4] = {0, 0, 0, 0};
-    if (((const OmFem*)m->data)->shell) return look_at_shell(m, x, tet);
     if (!m->elem_node) return look_at(m, x, tet, 0);
     const int *node = nodes_of(m, tet / 8), *vert = m->mesh.tet_vert + 4 * (size_t)tet;
     for (int k = 0; k < 4; ++k) {
@@ -359,10 +357,13 @@ static Element look_at_tet(const OmTissueModel* m, const double* x, int tet) {
 
 OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
                              double* value) {
+    bool is_shell = ((const OmFem*)m->data)->shell != NULL;
+    Element el[6];
     for (int e = 0; e < m->mesh.ntet; ++e) {
         const OmMaterial* material = om__fem_material(m, e / m->ntet_per);
-        Element el = look_at_tet(m, x, e);
-        value[e] = measure_of(material, &el, measure);
+        if (is_shell && e % 6 == 0) look_at_shell(m, x, e / 6, el);
+        if (!is_shell) el[0] = look_at_tet(m, x, e);
+        value[e] = measure_of(material, &el[is_shell ? e % 6 : 0], measure);
     }
     return OM_OK;
 }

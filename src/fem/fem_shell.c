@@ -354,24 +354,27 @@ OmStatus om__fem_shell_make(const OmTissueModel* m, OmFem* fem) {
     return OM_OK;
 }
 
-void om__fem_shell_strain(const OmTissueModel* m, int tet, const double d[12], double strain[6]) {
-    int e = tet / 6;
-    const int *node = m->elem_node + 8 * (size_t)e, *vert = m->mesh.tet_vert + 4 * (size_t)tet;
+void om__fem_shell_strains(const OmTissueModel* m, int e, const double d[12], double strain[6][6]) {
+    const int* node = m->elem_node + 8 * (size_t)e;
     Cell cell;
-    double lambda, mu, A[NCOL][NCOL], S[6][NCOL], mean[6][NCOL], at[3] = {0, 0, 0};
-    for (int k = 0; k < 4; ++k) {
-        int n = 0;
-        while (node[n] != vert[k]) ++n;
-        for (int c = 0; c < 3; ++c) at[c] += 0.25 * sign[n][c];
-    }
+    double lambda, mu, A[NCOL][NCOL], S[6][NCOL], mean[6][NCOL];
     load_cell(m, e, &cell);
     om__fem_lame(m, e, &lambda, &mu);
     eliminate(&cell, lambda, mu, A);
-    condensed_strain(&cell, A, at, S);
     mean_strain(&((const OmFem*)m->data)->shell[e], mean);
-    for (int v = 0; v < 6; ++v) {
-        strain[v] = 0;
-        for (int n = 0; n < 12; ++n) strain[v] += (S[v][n] - mean[v][n]) * d[n];
+    for (int t = 0; t < 6; ++t) {
+        const int* vert = m->mesh.tet_vert + 4 * (6 * (size_t)e + (size_t)t);
+        double at[3] = {0, 0, 0};
+        for (int k = 0; k < 4; ++k) {
+            int n = 0;
+            while (node[n] != vert[k]) ++n;
+            for (int c = 0; c < 3; ++c) at[c] += 0.25 * sign[n][c];
+        }
+        condensed_strain(&cell, A, at, S);
+        for (int v = 0; v < 6; ++v) {
+            strain[t][v] = 0;
+            for (int n = 0; n < 12; ++n) strain[t][v] += (S[v][n] - mean[v][n]) * d[n];
+        }
     }
 }
 

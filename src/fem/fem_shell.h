@@ -53,9 +53,9 @@ double om__fem_shell_resist(const OmTissueModel* m, int e, const V16 F[9], const
 /// The same in double.
 double om__fem_shell_resist_at(const OmTissueModel* m, int e, const double F[9], const double q[12],
                                double* slope, double* block);
-/// Strain (11, 22, 33, 2 12, 2 13, 2 23) that the patterns, d of the head, add at the centroid of tetrahedron `tet` of
-/// the mesh.
-void om__fem_shell_strain(const OmTissueModel* m, int tet, const double d[12], double strain[6]);
+/// Strains (11, 22, 33, 2 12, 2 13, 2 23) that the patterns, d of the head, add at the centroids of the six tetrahedra
+/// of element e.
+void om__fem_shell_strains(const OmTissueModel* m, int e, const double d[12], double strain[6][6]);
 
 // ---- a batch ----------------------------------------------------------------------------------------
 
