@@ -113,6 +113,39 @@ static void test_uniform(void** context) {
     }
 }
 
+// Distorted cells under large strain: forces are slopes of the energy, and in balance.
+static void test_distorted_slope(void** context) {
+    (void)context;
+    for (int law = 0; law < NLAW; ++law) {
+        OmRng rng = om_rng_init(8, 0);
+        TestRig r;
+        distorted_start(&r, &rng, small, every_law[law]);
+        size_t n = 3 * (size_t)r.mesh.nvert;
+        double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), worst = 0, largest = 0;
+        OmVec3 sum = {0, 0, 0};
+        element_deform(&r, 0.0008, x);
+        assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+        assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
+        for (size_t k = 0; k < n; ++k) {
+            double place = x[k], step = 1e-8;
+            x[k] = place + step;
+            double above = element_energy(&r, x);
+            x[k] = place - step;
+            double below = element_energy(&r, x);
+            x[k] = place;
+            worst = fmax(worst, fabs(f[k] + (above - below) / (2 * step)));
+            largest = fmax(largest, fabs(f[k]));
+        }
+        for (int i = 0; i < r.mesh.nvert; ++i) sum = om_add(sum, om_load3(f, i));
+        printf("distorted, %s: force against slope %.2g of the largest\n",
+               om_law_name(every_law[law].law), worst / largest);
+        assert_below(worst, 2e-8 * largest);
+        assert_near(om_norm(sum), 0, 1e-12 * largest);
+        om_free(x), om_free(f);
+        rig_done(&r);
+    }
+}
+
 // Stiffness for every motion of a distorted cell but the six rigid ones, at rest; multigrid's bound of D^-1 A.
 static void test_no_spurious_mode(void** context) {
     (void)context;
@@ -325,6 +358,7 @@ static void test_mass(void** context) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_uniform),
+        cmocka_unit_test(test_distorted_slope),
         cmocka_unit_test(test_no_spurious_mode),
         cmocka_unit_test(test_bending_stress),
         cmocka_unit_test(test_no_memory),
