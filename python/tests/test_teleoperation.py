@@ -70,12 +70,15 @@ def test_teleoperation_becomes_demonstrations(tmp_path):
         pytest.skip("needs the program: OMENTUM_PROGRAM")
     serve = [program, "dvrk", scene, "--domain", str(DOMAIN), "--rate", f"{1 / TICK:g}", "--udp", str(UDP), "--record", file]
     process = subprocess.Popen(serve, stdout=subprocess.DEVNULL)
-    end = time.time() + 20
-    while not file.exists() and time.time() < end:
-        time.sleep(0.05)
-    sent, closed = teleoperate()
-    process.send_signal(signal.SIGINT)
-    assert process.wait(30) == 0
+    try:
+        end = time.time() + 20
+        while not file.exists() and time.time() < end:
+            time.sleep(0.05)
+        sent, closed = teleoperate()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0
+    finally:
+        process.kill()  # a robot that is left behind answers other tests
     # the recording: a goal is where the tip is after the tick that took it
     with highlevel.AnyReader([file]) as reader:
         messages = [(stamp, c.topic, reader.deserialize(raw, c.msgtype)) for c, stamp, raw in reader.messages() if c.topic in ("/PSM1/measured_cp", "/PSM1/jaw/measured_js")]
