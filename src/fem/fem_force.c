@@ -140,7 +140,7 @@ static OmMat3 turn_element(const OmMaterial* m, OmMat3 F, OmMat3* V, OmVec3* str
     return m->law == OM_LINEAR ? om_mat3_identity() : om_mat3_mul(U, om_mat3_transpose(*V));
 }
 
-// A point of a shell: p and the torque on R get its share, its first stress is returned.
+// A point of a shell: p and the torque on R get its share; returns the first Piola-Kirchhoff stress.
 static OmMat3 eval_shell_point(const OmMaterial* material, const OmFemShell* s, OmMat3 F, OmMat3 R,
                                OmMat3 e, double side, double p[12], OmVec3* torque,
                                double* density) {

@@ -151,11 +151,19 @@ OM__INLINE void pull_patterns(const OmFemShells* s, const V16 stress[6], V16 sca
         for (int n = 0; n < 12; ++n) p[n] += scale * load16(s->strain[12 * v + n]) * stress[v];
 }
 
+/// The strain e as a matrix, by columns.
+OM__INLINE void symmetric_shell(const V16 e[6], V16 sym[9]) {
+    for (int v = 0; v < 3; ++v) sym[4 * v] = e[v];
+    sym[1] = sym[3] = 0.5F * e[3];
+    sym[2] = sym[6] = 0.5F * e[4];
+    sym[5] = sym[7] = 0.5F * e[5];
+}
+
 /// F + side R e.
 OM__INLINE void point_of_shell(const V16 F[9], const V16 R[9], const V16 e[6], float side,
                                V16 out[9]) {
-    const V16 sym[9] = {e[0],        0.5F * e[3], 0.5F * e[4], 0.5F * e[3], e[1],
-                        0.5F * e[5], 0.5F * e[4], 0.5F * e[5], e[2]};
+    V16 sym[9];
+    symmetric_shell(e, sym);
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
             out[3 * c + r] = F[3 * c + r] + side * (R[r] * sym[3 * c] + R[3 + r] * sym[3 * c + 1] +

@@ -33,11 +33,18 @@ OM__INLINE I16 is_positive(const V16 H[6]) {
 // tension its geometric stiffness is below zero. Where tangents are projected (not `keeps`), that is left out, as is a
 // U'' below zero, and under pressure it is kept if H is positive definite.
 //
-// W = shape I1 / 2 + U(J): stress and tangent from U' and U''.
+// W = shape I1 / 2 + U(J): stress from U'.
+OM__INLINE void stress_by_volume(const V16 F[9], float shape, V16 dU, V16 P[9]) {
+    V16 cof[9];
+    for (int k = 0; k < 3; ++k) cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
+    for (int k = 0; k < 9; ++k) P[k] = shape * F[k] + dU * cof[k];
+}
+
+// The same with the tangent, from U' and U''.
 OM__INLINE void by_volume(const V16 F[9], float shape, bool keeps, V16 dU, V16 ddU, V16 dU_stress,
                           Frame* f) {
     const V16* s = f->s;
-    V16 c[3] = {s[1] * s[2], s[2] * s[0], s[0] * s[1]}, cof[9];
+    V16 c[3] = {s[1] * s[2], s[2] * s[0], s[0] * s[1]};
     I16 is_pressed = dU < -PRESSED;
     V16 geometric = keeps ? dU : select16(is_pressed, dU, splat16(0));
     if (!keeps) ddU = max16(ddU, splat16(0));  // U of neo-Hookean is concave beyond J = e
@@ -46,10 +53,9 @@ OM__INLINE void by_volume(const V16 F[9], float shape, bool keeps, V16 dU, V16 d
         f->H[3 + k] = ddU * c[(k + 1) % 3] * c[(k + 2) % 3] + geometric * s[k];
         f->own[k] = splat16(shape);
         f->cross[k] = -dU * s[k];
-        cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
     }
     if (!keeps) f->is_bad |= is_pressed & ~is_positive(f->H);
-    for (int k = 0; k < 9; ++k) f->P[k] = shape * F[k] + dU_stress * cof[k];
+    stress_by_volume(F, shape, dU_stress, f->P);
 }
 
 OM__INLINE V16 determinant(const V16 F[9]) {
@@ -102,13 +108,6 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, float shape, bool keeps, Fr
         f->cross[k] = shape * u * v;
     }
     venant_stress(F, ratio, shape, f->P);
-}
-
-// Stress alone, of a whole law.
-OM__INLINE void stress_by_volume(const V16 F[9], V16 dU, V16 P[9]) {
-    V16 cof[9];
-    for (int k = 0; k < 3; ++k) cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
-    for (int k = 0; k < 9; ++k) P[k] = F[k] + dU * cof[k];
 }
 
 // Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double. That of a wide part is
@@ -387,10 +386,10 @@ OM__INLINE void shell_stress(const OmFemTurn* t, int k, OmFemFamily family, cons
     V16 ratio = load16(t->batch[k].ratio), unused;
     switch (family) {
     case OM__FAMILY_NEO:
-        stress_by_volume(F, neo_volume(determinant(F), ratio, 1.0F, &unused), P);
+        stress_by_volume(F, 1.0F, neo_volume(determinant(F), ratio, 1.0F, &unused), P);
         break;
     case OM__FAMILY_STABLE:
-        stress_by_volume(F, (ratio + 1.0F) * (determinant(F) - 1.0F) - 1.0F, P);
+        stress_by_volume(F, 1.0F, (ratio + 1.0F) * (determinant(F) - 1.0F) - 1.0F, P);
         break;
     case OM__FAMILY_TURNED: turned_stress(F, ratio, P); break;
     case OM__FAMILY_VENANT: venant_stress(F, ratio, 1.0F, P); break;
@@ -405,9 +404,8 @@ OM__INLINE void shell_points(const OmFemTurn* t, int k, OmFemFamily family, cons
                              const V16 R[9], const V16 e[6], V16 mean[9], V16 p[12],
                              V16 torque[3]) {
     static const signed char row[3] = {0, 0, 1}, col[3] = {1, 2, 2};
-    const V16 sym[9] = {e[0],        0.5F * e[3], 0.5F * e[4], 0.5F * e[3], e[1],
-                        0.5F * e[5], 0.5F * e[4], 0.5F * e[5], e[2]};
-    V16 at[9], P[9], A[9], M[9], stress[6];
+    V16 sym[9], at[9], P[9], A[9], M[9], stress[6];
+    symmetric_shell(e, sym);
     for (int n = 0; n < 9; ++n) mean[n] = splat16(0);
     for (int n = 0; n < 3; ++n) torque[n] = splat16(0);
     for (int side = -1; side < 2; side += 2) {

@@ -58,6 +58,21 @@ static inline double element_energy(const TestRig* r, const double* x) {
     return energy.elastic;
 }
 
+/// Largest |f + dE/dx| over the coordinates x, by central differences.
+static inline double worst_slope(const TestRig* r, double* x, const double* f, double step) {
+    double worst = 0;
+    for (int k = 0; k < 3 * element_nodes(r)->nvert; ++k) {
+        double place = x[k];
+        x[k] = place + step;
+        double above = element_energy(r, x);
+        x[k] = place - step;
+        double below = element_energy(r, x);
+        x[k] = place;
+        worst = fmax(worst, fabs(f[k] + (above - below) / (2 * step)));
+    }
+    return worst;
+}
+
 /// f = -dE/dx by central differences, every law, two materials; no resultant, no moment.
 static inline void check_force_is_slope(const ElementKind* kind, const int cells[3]) {
     for (int law = 0; law < NLAW; ++law) {
@@ -65,7 +80,7 @@ static inline void check_force_is_slope(const ElementKind* kind, const int cells
         OmMaterial two[2];
         element_start(&r, kind, cells, two, every_law[law]);
         size_t n = 3 * (size_t)element_nodes(&r)->nvert;
-        double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), largest = 0, worst = 0;
+        double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), largest = 0;
         element_deform(&r, 0.0015, x);
         assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
         assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
@@ -75,15 +90,7 @@ static inline void check_force_is_slope(const ElementKind* kind, const int cells
             moment = om_add(moment, om_cross(om_load3(x, i), om_load3(f, i)));
         }
         for (size_t k = 0; k < n; ++k) largest = fmax(largest, fabs(f[k]));
-        for (size_t k = 0; k < n; ++k) {
-            double place = x[k], step = 1e-7;
-            x[k] = place + step;
-            double above = element_energy(&r, x);
-            x[k] = place - step;
-            double below = element_energy(&r, x);
-            x[k] = place;
-            worst = fmax(worst, fabs(f[k] + (above - below) / (2 * step)));
-        }
+        double worst = worst_slope(&r, x, f, 1e-7);
         printf("%s: force against slope %.2g of the largest\n", om_law_name(every_law[law].law),
                worst / largest);
         assert_below(worst, 2e-7 * largest);

@@ -194,17 +194,16 @@ static void test_same_as_solid(void** context) {
     }
 }
 
-// The matrix of the engine's quadratic elements, in floats.
-static void test_same_as_engine(void** context) {
-    (void)context;
+// The matrix of the engine's elements, in floats.
+static void check_engine(CandKind kind, OmTissueElement element, OmLaw law) {
     const int num[3] = {3, 2, 1};
     const double light = 1e-9;  // kg/m^3: the matrix of a step of 1 s is then the stiffness
     CandBody b;
     TestRig r;
-    cand_start(&b, CAND_QUADRATIC, om_vec3(0.03, 0.02, 0.005), num, 3000, 0.45, NULL);
+    cand_start(&b, kind, om_vec3(0.03, 0.02, 0.005), num, 3000, 0.45, NULL);
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.03, 0.02, 0.005), num[0], num[1], num[2]);
-    r.def.element = OM_ELEMENT_QUADRATIC;
-    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_LINEAR};
+    r.def.element = element;
+    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = law};
     r.def.density = light;
     r.def.rayleigh_mass = 0;
     rig_start(&r);
@@ -213,10 +212,16 @@ static void test_same_as_engine(void** context) {
     assert_int_equal(mesh->nvert, b.mesh.nnode);
     for (int k = 0; k < 3 * mesh->nvert; ++k) assert_near(mesh->x[k], b.mesh.x[k], 1e-12);
     double worst = largest_difference(&b, om_engine_matrix(r.w), 1);
-    printf("quadratic tet against the engine: %.2g of the largest entry\n", worst);
+    printf("%s against the engine: %.2g of the largest entry\n", cand_name[kind], worst);
     assert_below(worst, 1e-5);  // floats
     rig_done(&r);
     cand_done(&b);
+}
+
+static void test_same_as_engine(void** context) {
+    (void)context;
+    check_engine(CAND_QUADRATIC, OM_ELEMENT_QUADRATIC, OM_LINEAR);
+    check_engine(CAND_HEX7, OM_ELEMENT_SHELL, OM_NEO_HOOKEAN);
 }
 
 // ---- rigid motions and lowest frequencies -----------------------------------------------------------------------
