@@ -15,6 +15,7 @@
         skip NAME: case: reason          a skipped case of a program whose other cases ran, or a skipped test
         count PASSED FAILED SKIPPED      a program with skipped cases counts as passed, and each such case as skipped
 
+Each job has domains of DDS of its own (OM_TEST_DOMAIN and the two after it), so that no test meets the robot of another.
 Tests that took longest the last time (BUILD/test_times.json) start first. Exit code 0: all passed; 1: a test failed; 2: no test.
 """
 import argparse
@@ -34,6 +35,9 @@ import ctest_files
 AGAIN = 3  # further runs of a test over the limit
 SLACK = 1.5  # of the limit: a shared machine is slower by a quarter in some hours
 MAX_ALLOWED = 10
+FIRST_DOMAIN = 100  # domains of DDS are 0 to 232; below are those that users have, and those of test/cli
+DOMAINS_A_JOB = 3
+MAX_JOBS = (233 - FIRST_DOMAIN) // DOMAINS_A_JOB
 running = set()  # process groups of the tests that run now
 
 
@@ -103,8 +107,10 @@ def read_allowed(path, tests):
 class Outcome:
     """What a run of a test came to."""
 
-    def __init__(self, test, cases):
+    def __init__(self, test, cases, job=0):
         environment = {**os.environ, **test.environment, **({"OM_TEST_CASES": cases} if cases else {})}
+        if "OM_TEST_DOMAIN" not in environment:
+            environment["OM_TEST_DOMAIN"] = str(FIRST_DOMAIN + DOMAINS_A_JOB * ((os.getpid() + job) % MAX_JOBS))
         self.test, self.why, self.seconds = test, "", 0.0
         start = time.monotonic()
         with tempfile.TemporaryFile() as log:
@@ -149,13 +155,13 @@ def run_all(chosen, jobs, before):
     todo.reverse()
     done, lock = [], threading.Lock()
 
-    def work():
+    def work(job):
         while True:
             with lock:
                 if not todo:
                     return
                 test, cases = todo.pop()
-            outcome = Outcome(test, cases)
+            outcome = Outcome(test, cases, job)
             with lock:
                 done.append(outcome)
                 word = "FAIL" if outcome.why else "skip" if outcome.code == test.skip_code else "ok"
@@ -164,7 +170,7 @@ def run_all(chosen, jobs, before):
                 if outcome.why:
                     print("\n".join("    | " + line for line in outcome.output.split("\n")[-100:]), flush=True)
 
-    workers = [threading.Thread(target=work) for _ in range(jobs)]
+    workers = [threading.Thread(target=work, args=(job,)) for job in range(min(jobs, MAX_JOBS))]
     for worker in workers:
         worker.start()
     for worker in workers:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 SMALL = pathlib.Path(__file__).resolve().parents[2] / "test/cli/small.yaml"
-DOMAIN = 100 + (os.getpid() + 11) % 100
+DOMAIN = int(os.environ.get("OM_TEST_DOMAIN", 100 + os.getpid() % 100))  # of tools/run_tests.py
 UDP = 41000 + os.getpid() % 2000
 LIFT = np.array([(-0.05, 0.004, 0.04), (-0.046, 0.001, 0.022), (-0.02, 0.002, 0.075), (0, 0, 0.095)])  # m, in the frame of the task
 TICK = 0.04  # s

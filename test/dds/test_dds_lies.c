@@ -2,12 +2,12 @@
 #include <stdatomic.h>
 #include <string.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "dds/dds_link.h"
 #include "easy_scene.h"
 #include "omentum/base_job.h"
 #include "test_common.h"
+#include "test_domain.h"
 
 #define DT 0.02
 #define PERIOD 0.01  // s, of the robot's messages
@@ -59,7 +59,7 @@ static uint16_t millimetre[64 * 48];
 
 static OmDdsDef make_dds(void) {
     OmDdsDef def = om_dds_default_def();
-    def.domain = 100 + (int)((getpid() + 25) % 100);
+    def.domain = test_domain();
     return def;
 }
 

@@ -1,15 +1,14 @@
 // test_dds_link.c: messages of every type from a writer to a reader, names and hashes of types.
 #include <string.h>
-#include <unistd.h>
 
 #include "dds/dds_link.h"
 #include "test_alloc.h"
 #include "test_common.h"
+#include "test_domain.h"
 
-// A domain that other runs of the tests hardly use.
 static OmDdsDef make_def(void) {
     OmDdsDef def = om_dds_default_def();
-    def.domain = 100 + (int)(getpid() % 100);
+    def.domain = test_domain();
     return def;
 }
 

@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
-#include <unistd.h>
 #define asm __asm__  // ddsrt uses the name that C17 does not have
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
@@ -14,6 +13,7 @@
 #include "mcap_walk.h"
 #include "test_alloc.h"
 #include "test_common.h"
+#include "test_domain.h"
 
 #define NTOPIC 3
 
@@ -122,7 +122,7 @@ static void full_disk(void** unused) {
 
 static OmDdsDef make_def(void) {
     OmDdsDef def = om_dds_default_def();
-    def.domain = 100 + (int)((getpid() + 60) % 100);
+    def.domain = test_domain();
     return def;
 }
 

@@ -12,6 +12,7 @@
 #include "dds/dds_robot.h"
 #include "easy_scene.h"
 #include "test_common.h"
+#include "test_domain.h"
 
 #define DT 0.05
 
@@ -35,7 +36,7 @@ static void hear(void* ctx, const char* sentence) {
 
 static OmDdsDef make_dds(void) {
     OmDdsDef def = om_dds_default_def();
-    def.domain = 100 + (int)((getpid() + 20) % 100);
+    def.domain = test_domain();
     return def;
 }
 

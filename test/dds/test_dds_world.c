@@ -1,12 +1,12 @@
 // test_dds_world.c: a simulated field behind the topics, in lock-step, answers as the field itself, to the last bit;
 // and what stops a world over DDS. Robot and world are two threads of this process.
 #include <string.h>
-#include <unistd.h>
 
 #include "dds/dds_link.h"
 #include "easy_scene.h"
 #include "omentum/base_job.h"
 #include "test_common.h"
+#include "test_domain.h"
 
 #define DT 0.02
 #define BUSY 5.0  // s without a pose on a busy machine
@@ -22,7 +22,7 @@ typedef struct Served {  // a field behind topics
 
 static OmDdsDef make_dds(void) {
     OmDdsDef def = om_dds_default_def();
-    def.domain = 100 + (int)((getpid() + 50) % 100);
+    def.domain = test_domain();
     return def;
 }
 

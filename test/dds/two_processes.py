@@ -26,7 +26,7 @@ import tempfile
 import time
 
 PROGRAM, SCENE, CASE = sys.argv[1:4]
-DOMAIN = str(100 + (os.getpid() + {"lock_step": 0, "defras": 15, "kill_robot": 30, "kill_client": 60, "udp": 45, "real_time": 75, "interrupt": 90, "no_twin": 37, "fast_dds": 105, "rust": 20}[CASE]) % 100)
+DOMAIN = os.environ.get("OM_TEST_DOMAIN", str(100 + os.getpid() % 100))  # of tools/run_tests.py
 os.environ.pop("CYCLONEDDS_URI", None)
 TMP = pathlib.Path(tempfile.mkdtemp(prefix="omentum_dds_"))
 # of the truth, which the robot does not show, and of clocks

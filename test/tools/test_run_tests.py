@@ -118,6 +118,15 @@ def limits():
     check("eleven", run("short: x\n" * 11)[1][0], f"fail tests: {allowed}: 11 tests may take longer, at most 10 are allowed")
 
 
+def domains():
+    b = new()
+    for name, other in (("left", "right"), ("right", "left")):  # each waits until both run
+        b.add(name, f"echo $OM_TEST_DOMAIN > {name}; for ((i = 0; i < 500; ++i)); do [ -e {other} ] && exit 0; sleep 0.01; done; exit 1")
+    check("both at once", b.run("--jobs", "2")[0], 0)
+    left, right = (int((b.folder / name).read_text()) for name in ("left", "right"))
+    check("three domains each", abs(left - right) >= 3 and min(left, right) >= 100 and max(left, right) <= 230, True)
+
+
 def times():
     b = new()
     b.add("one", "for ((i = 0; i < 60000; ++i)); do :; done")
@@ -144,6 +153,7 @@ def ending():
 
 with tempfile.TemporaryDirectory() as ROOT:
     os.environ.pop("OM_TEST_CASES", None)
-    for case in (reading, counting, choosing, limits, times, ending):
+    os.environ.pop("OM_TEST_DOMAIN", None)
+    for case in (reading, counting, choosing, limits, domains, times, ending):
         case()
 print("test_run_tests: passed")
