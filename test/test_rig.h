@@ -94,12 +94,17 @@ static inline void rig_relax(TestRig* r, int nstep) {
 }
 
 /// Move interior vertices at random by up to `amount` (a place that is the same in every run).
-static inline void rig_shake(const OmTetMesh* mesh, const unsigned char* still, double amount,
-                             double* x) {
-    OmRng rng = om_rng_init(1, 2);
+static inline void rig_shake_by(const OmTetMesh* mesh, const unsigned char* still, double amount,
+                                uint64_t seed, double* x) {
+    OmRng rng = om_rng_init(seed, 2);
     for (int i = 0; i < mesh->nvert; ++i)
         for (int k = 0; k < 3; ++k)
             if (!still || !still[i]) x[3 * i + k] += amount * (2 * om_rng_uniform(&rng) - 1);
+}
+
+static inline void rig_shake(const OmTetMesh* mesh, const unsigned char* still, double amount,
+                             double* x) {
+    rig_shake_by(mesh, still, amount, 1, x);
 }
 
 #endif

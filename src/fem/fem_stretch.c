@@ -465,12 +465,22 @@ OM__INLINE void shell_forces(const OmFemShells* s, const V16 P[9], const V16 R[9
     }
 }
 
-// A lane with a corner that is nearly crushed.
+// A lane with a corner that is nearly crushed. Its stiffness drags, too: without that it would be added inertia, which
+// has no energy in the balance of a step (fem_shell.h).
 static void add_resistance(const OmFemTurn* t, int k, int l, const V16 F[9], const V16 q[12],
                            Lanes out[OM__SHELL]) {
     double slope[3 * OM__SHELL_NODE] = {0}, block[OM__SHELL_FORCE] = {0},
                      root = (double)t->batch[k].root[l], scale = (double)t->scale * root * root;
+    const int(*vert)[OM__LANE] = t->shells[k].vert;
     om__fem_shell_resist(t->model, k * OM__LANE + l, F, q, l, slope, block);
+    for (int a = 0, at = 0; a < OM__SHELL_NODE; ++a)
+        for (int b = a + 1; b < OM__SHELL_NODE; ++b, at += 9)
+            for (int n = 0; n < 9; ++n) {  // the rows of the matrix have the sum 0
+                const double *va = t->v + 3 * vert[a][l], *vb = t->v + 3 * vert[b][l];
+                double K = (double)t->lag * block[at + n];
+                slope[3 * a + n % 3] += K * (vb[n / 3] - va[n / 3]);
+                slope[3 * b + n / 3] += K * (va[n % 3] - vb[n % 3]);
+            }
     for (int n = 0; n < OM__SHELL_FORCE; ++n)
         out[n][l] += (float)(scale * (double)t->scale * block[n]);
     for (int n = 0; n < 3 * OM__SHELL_NODE; ++n)

@@ -19,6 +19,12 @@ static void test_step_sees_the_same(void** context) {
     check_step_sees_the_same(&quadratic_element, small);
 }
 
+static void test_drag(void** context) {
+    (void)context;
+    check_drag(&linear_element, small);
+    check_drag(&quadratic_element, small);
+}
+
 static void test_workers(void** context) {
     (void)context;
     check_workers(&quadratic_element, large);
@@ -26,7 +32,7 @@ static void test_workers(void** context) {
 
 static void test_inverted(void** context) {
     (void)context;
-    check_inverted(&quadratic_element, middle, 0.003, 20);
+    check_inverted(&quadratic_element, middle, 0.003, 1, 0);
 }
 
 static void test_step_is_close(void** context) {
@@ -606,6 +612,7 @@ int main(void) {
         cmocka_unit_test(test_uniform),
         cmocka_unit_test(test_step_sees_the_same),
         cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_drag),
         cmocka_unit_test(test_workers),
         cmocka_unit_test(test_inverted),
         cmocka_unit_test(test_says_inverted),
