@@ -122,11 +122,12 @@ OM_API const OmTissueModel* om_body_tissue(const OmBody* body);
 /// until om_body_set_young or destroy.
 OM_API const OmTetMesh* om_body_mesh(const OmBody* body);
 
-/// Nodes of the tissue that tools grasp: the vertices of the site's mesh and, of quadratic elements, the midpoints of
-/// its edges, as om_tet_mesh_refine orders them; without an organ that deforms those of om_body_x.
+/// Nodes of the tissue that tools grasp: the vertices of the site's mesh and, of quadratic elements and shells, the
+/// midpoints of its edges, as om_tet_mesh_refine orders them. Those of shells are between the vertices, and held where
+/// both are. Of other elements, without an organ that deforms, they are those of om_body_x.
 OM_API int om_body_node_count(const OmBody* body);
-/// Index of such a node in om_body_x.
-OM_API int om_body_node(const OmBody* body, int node);
+/// The arm that grasps a node, -1: none.
+OM_API int om_body_node_held_by(const OmBody* body, int node);
 /// Positions of these nodes, m (om_body_node_count x 3).
 OM_API void om_body_get_nodes(const OmBody* body, double* x);
 

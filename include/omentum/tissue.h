@@ -192,11 +192,12 @@ OM_API bool om_tissue_is_prescribed(const OmTissueModel* model, const OmTissueSt
 
 // ---- grasping (thesis 6.4.7) ----------------------------------------------------------------------
 
-/// Grasp the vertices within `radius` (0: 5 mm) of the tip; they follow the tool rigidly. Vertices that are fixed, or
-/// that the other arm grasps, are left out, and so are midpoints of quadratic elements beside a fixed vertex where
-/// anything else is in reach. An arm that already grasps tissue is released first.
+/// Grasp the vertices within `radius` (0: 5 mm) of the tip, of shells also the four of the nearest face that is within
+/// it: jaws hold an area. They follow the tool rigidly. Vertices that are fixed, or that the other arm grasps, are left
+/// out, and so are midpoints of quadratic elements beside a fixed vertex where anything else is in reach. An arm that
+/// already grasps tissue is released first.
 /// @param nheld  out: number of grasped vertices; may be null
-/// @return OM_OK; OM_INVALID (no vertex in reach: the message has the nearest distance; state unchanged)
+/// @return OM_OK; OM_INVALID (nothing in reach: the message has the nearest distance; state unchanged)
 OM_API OmStatus om_tissue_grasp(const OmTissueModel* model, OmTissueState* state, int arm,
                                 OmPose pose_world_tip, double radius, int* nheld);
 /// Goal of the tool for the end of the next step. No effect on an arm that grasps nothing.

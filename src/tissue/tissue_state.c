@@ -1,6 +1,7 @@
 // tissue_state.c: the block of a state; attachments and grasps.
 #include <string.h>
 
+#include "omentum/shape_closest.h"
 #include "tissue/tissue_internal.h"
 
 #define GRASP_RADIUS 0.005  // m, thesis 6.4.7
@@ -198,6 +199,33 @@ static bool is_between(const OmTissueModel* m, const OmTissueState* s, int i) {
     return om__is_held_still(s, end[0]) || om__is_held_still(s, end[1]);
 }
 
+static double quad_distance(const double* x, const int v[4], OmVec3 p) {
+    OmVec3 a = om_load3(x, v[0]), b = om_load3(x, v[1]), c = om_load3(x, v[2]),
+           d = om_load3(x, v[3]);
+    return fmin(om_distance(p, om_triangle_closest(p, a, b, c, NULL)),
+                om_distance(p, om_triangle_closest(p, a, c, d, NULL)));
+}
+
+// The corners of the shells' face that is nearest to the tip; null: none is within reach. Jaws hold an area. Held at
+// one vertex the sheet hangs like a thread: its cells stretch to three times their length, and turn freely.
+static const int* nearest_face(const OmTissueModel* m, const double* x, OmVec3 tip, double reach) {
+    const int* best = NULL;
+    double least = reach;
+    for (int f = 0; m->def.element == OM_ELEMENT_SHELL && f < 2 * m->nelem; ++f) {  // below, above
+        const int* v = m->elem_node + 4 * (size_t)f;
+        if (m->own && !m->own[v[0]]) continue;
+        double d = quad_distance(x, v, tip);
+        if (d <= least) least = d, best = v;
+    }
+    return best;
+}
+
+static bool is_in_reach(const double* x, const int* face, int i, OmVec3 tip, double reach) {
+    for (int k = 0; face && k < 4; ++k)
+        if (face[k] == i) return true;
+    return om_distance(om_load3(x, i), tip) <= reach;
+}
+
 OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPose pose,
                          double radius, int* nheld) {
     if (nheld) *nheld = 0;
@@ -209,12 +237,12 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     const signed char* by = om__state_held_by(s);
     int count = 0, nbusy = 0, nbetween = 0;
     double nearest = INFINITY;
+    const int* face = nearest_face(m, x, pose.p, reach);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         if (m->own && !m->own[i]) continue;
-        double d = om_norm(om_sub(om_load3(x, i), pose.p));
         bool is_busy = (by[i] >= 0 && by[i] != arm) || om__is_held_still(s, i);
-        nearest = fmin(nearest, d);
-        if (d > reach) continue;
+        nearest = fmin(nearest, om_distance(om_load3(x, i), pose.p));
+        if (!is_in_reach(x, face, i, pose.p, reach)) continue;
         nbusy += is_busy;
         count += !is_busy;
         nbetween += !is_busy && is_between(m, s, i);
@@ -233,7 +261,8 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     OmPose pose_tip_world = om_pose_inverse(pose);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_load3(x, i);
-        if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0 || (m->own && !m->own[i])) continue;
+        if (!is_in_reach(x, face, i, pose.p, reach) || by[i] >= 0 || (m->own && !m->own[i]))
+            continue;
         if (om__is_held_still(s, i) || (!takes_between && is_between(m, s, i))) continue;
         om__state_held_by(s)[i] = (signed char)arm;
         om_store3(om__state_array(s, OM__GRIP), i, om_pose_apply(pose_tip_world, p));

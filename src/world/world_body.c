@@ -251,20 +251,33 @@ int om_body_node_count(const OmBody* b) {
             int node = mesh->tet_vert[k] - ncorner + b->model->site->mesh.nvert;
             n = node >= n ? node + 1 : n;
         }
-    return n;
+    return n + b->model->nmid;
 }
 
-int om_body_node(const OmBody* b, int node) {
+// Index of a node in om_body_x, not of a midpoint of shells.
+static int vertex_of(const OmBody* b, int node) {
     const int nvert = b->model->site->mesh.nvert;
     return node < nvert ? node : node - nvert + om_tissue_corner_count(b->model->tissue);
+}
+
+int om_body_node_held_by(const OmBody* b, int node) {
+    const signed char* by = om_body_held_by(b);
+    const int mid = node - b->model->site->mesh.nvert, *end = b->model->mid_end;
+    if (!end || mid < 0) return by[vertex_of(b, node)];
+    return by[end[2 * mid]] == by[end[2 * mid + 1]] ? by[end[2 * mid]] : -1;
 }
 
 void om_body_get_nodes(const OmBody* b, double* x) {
     const int n = om_body_node_count(b), nvert = b->model->site->mesh.nvert;
     const double* now = om_body_x(b);
+    const int* end = b->model->mid_end;
     memcpy(x, now, 3 * (size_t)nvert * sizeof *x);
-    memcpy(x + 3 * (size_t)nvert, now + 3 * (size_t)om_body_node(b, nvert),
-           3 * (size_t)(n - nvert) * sizeof *x);
+    if (!end)
+        memcpy(x + 3 * (size_t)nvert, now + 3 * (size_t)vertex_of(b, nvert),
+               3 * (size_t)(n - nvert) * sizeof *x);
+    for (int k = 0; end && k < b->model->nmid; ++k)
+        om_store3(x, nvert + k,
+                  om_scale(0.5, om_add(om_load3(x, end[2 * k]), om_load3(x, end[2 * k + 1]))));
 }
 
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }

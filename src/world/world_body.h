@@ -12,6 +12,8 @@ struct OmBodyModel {
     OmTetMesh shown;  // om_body_mesh; its arrays are those of `tissue`
     // vertices that springs hold on the organ; null: none                       (nvert)
     unsigned char* bonded;
+    int* mid_end;  // of shells: the ends of each edge of the mesh           (nmid x 2)
+    int nmid;
     int nsub;  // tetrahedra of `tissue` for each of the site's
 };
 

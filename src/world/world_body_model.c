@@ -118,6 +118,23 @@ static void show_own(OmBodyModel* m) {
     m->shown.ntet = m->nsub * m->site->mesh.ntet;
 }
 
+// Shells have no nodes at midpoints; estimates of attachments compute with them (om_body_node_count).
+static OmStatus make_midpoints(OmBodyModel* m) {
+    OmTetMesh mesh;
+    int *node = NULL, nvert = m->site->mesh.nvert;
+    OM_TRY(om_tet_mesh_copy(&m->site->mesh, &mesh));
+    OmStatus status = om_tet_mesh_refine_nodes(&mesh, &node);
+    if (status == OM_OK) {
+        m->nmid = mesh.nvert - nvert;
+        m->mid_end = om_alloc(2 * (size_t)m->nmid, sizeof *m->mid_end);
+        if (m->mid_end) om_tet_mesh_midpoint_ends(m->site->mesh.ntet, node, nvert, m->mid_end);
+        if (!m->mid_end) status = OM_NO_MEMORY;
+    }
+    om_free(node);
+    om_tet_mesh_done(&mesh);
+    return status;
+}
+
 OmStatus om_body_model_create(const OmScene* scene, const OmSite* site, int nworker,
                               OmBodyModel** model) {
     return om__body_model_create(scene, site, nworker, 1, model);
@@ -138,6 +155,7 @@ OmStatus om__body_model_create(const OmScene* scene, const OmSite* site, int nwo
     Joined joined = {.spring = NULL};
     if (status == OM_OK) status = join_organ(scene, &def, m, &joined);
     if (status == OM_OK) status = om_tissue_create(&def, &m->tissue);
+    if (status == OM_OK && def.element == OM_ELEMENT_SHELL) status = make_midpoints(m);
     joined_done(&joined);
     if (status == OM_OK) show_own(m);
     if (status == OM_OK) status = create_contact(scene, m);
@@ -153,6 +171,7 @@ void om_body_model_destroy(OmBodyModel* m) {
     om_contact_destroy(m->contact);
     om_tissue_destroy(m->tissue);
     om_free(m->bonded);
+    om_free(m->mid_end);
     om_free(m);
 }
 

@@ -83,8 +83,10 @@ static double find_distance(OmTissueElement element) {
     if (element == OM_ELEMENT_QUADRATIC) {
         assert_int_equal(n, rig.view->mesh->nvert);
         assert_int_equal(rig.view->ncorner, rig.site.mesh.nvert);
-        for (int v = 0; v < n; ++v)  // without an organ the nodes are the body's vertices
-            assert_int_equal(om_body_node(body, v), v);
+        // without an organ the nodes are the body's vertices
+        assert_memory_equal(x, om_body_x(body), 3 * sizeof *x * (size_t)n);
+        for (int v = 0; v < n; ++v)
+            assert_int_equal(om_body_node_held_by(body, v), om_body_held_by(body)[v]);
     }
     free(x);
     om_body_destroy(body);

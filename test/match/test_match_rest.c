@@ -13,8 +13,9 @@ typedef struct Rig {
     double *x, *spring;
 } Rig;
 
-static void begin(Rig* rig, int n) {
+static void begin_of(Rig* rig, int n, OmTissueElement element) {
     build_sheet(n, &rig->scene, &rig->site);
+    rig->scene.tissue.element = element;
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
     def.nhypothesis = 0;
     assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
@@ -28,6 +29,8 @@ static void begin(Rig* rig, int n) {
             if (held->vert[k] == rig->view->candidate[i])
                 rig->spring[i] = rig->view->foundation * rig->view->area[i];
 }
+
+static void begin(Rig* rig, int n) { begin_of(rig, n, OM_ELEMENT_LINEAR); }
 
 static void end(Rig* rig) {
     om_match_destroy(rig->match);
@@ -95,23 +98,28 @@ static void test_derivatives(void** state) {
 }
 
 // The body of the same scene, settled with its tool at the same place: another solver, contact and equilibrium.
-static void test_body(void** state) {
-    (void)state;
+static void check_body(OmTissueElement element, double bound) {
     Rig rig;
-    begin(&rig, 12);
+    begin_of(&rig, 12, element);
     OmMatchGrasp grasp = grasp_edge(0.025);
     OmMatchLoad load = {.spring = rig.spring, .ngrasp = 1, .grasp = &grasp};
     OmMatchRest rest;
-    double t0 = om_clock_now();
-    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, &rest), OM_OK);
-    printf("rest: %d iterations, last motion %.3g mm, residual %.3g N, %.1f ms\n", rest.nnewton,
-           1e3 * rest.motion, rest.residual, 1e3 * (om_clock_now() - t0));
     OmBody* body;
     OmBodyReport report;
     assert_int_equal(om_body_create(&rig.scene, &rig.site, 1, &body), OM_OK);
     assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
     int nheld;
     assert_int_equal(om_body_grasp(body, 0, grasp.pose_world_grasp, grasp.radius, &nheld), OM_OK);
+    assert_int_equal(om_body_node_count(body), rig.view->mesh->nvert);
+    int *held = malloc(sizeof *held * (size_t)rig.view->mesh->nvert), n = 0;
+    for (int v = 0; v < rig.view->mesh->nvert; ++v)
+        if (om_body_node_held_by(body, v) == 0) held[n++] = v;
+    grasp.vert = held;
+    grasp.nvert = n;
+    om_body_get_nodes(body, rig.x);
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, &rest), OM_OK);
+    printf("rest: %d iterations, last motion %.3g mm, residual %.3g N\n", rest.nnewton,
+           1e3 * rest.motion, rest.residual);
     for (int k = 1; k <= 100; ++k) {
         OmPose pose = om_pose_lerp(grasp.pose_world_grasp, grasp.pose_world_now, k / 100.0);
         om_body_move(body, 0, pose);
@@ -119,16 +127,29 @@ static void test_body(void** state) {
     }
     om_body_settle(body, 0.02, 2e-4, 10);
     double most = 0, moved = 0;
-    for (int v = 0; v < rig.view->mesh->nvert; ++v) {
+    for (int v = 0; v < rig.site.mesh.nvert; ++v) {
         OmVec3 b = om_load3(om_body_x(body), v);
         most = fmax(most, om_distance(b, om_load3(rig.x, v)));
         moved = fmax(moved, om_distance(b, om_load3(rig.view->mesh->x, v)));
     }
-    printf("body: %d held, moved %.1f mm, differs by at most %.3f mm\n", nheld, 1e3 * moved,
-           1e3 * most);
-    assert_below(most, 0.03 * moved);
+    printf("%s: %d held, moved %.1f mm, differs by at most %.3f mm\n",
+           om_tissue_element_name(element), nheld, 1e3 * moved, 1e3 * most);
+    assert_below(most, bound * moved);
     om_body_destroy(body);
+    free(held);
     end(&rig);
+}
+
+static void test_body(void** state) {
+    (void)state;
+    check_body(OM_ELEMENT_LINEAR, 0.03);
+}
+
+// The twin of shells, and the estimate's quadratic elements on the same vertices.
+static void test_body_of_shells(void** state) {
+    (void)state;
+    check_body(OM_ELEMENT_SHELL,
+               0.06);  // coarse: quadratic elements on quadratic ones differ by 3 %
 }
 
 static void test_refusals(void** state) {
@@ -167,9 +188,6 @@ static void test_refusals(void** state) {
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "moved"));
     def = om_match_default_def(&rig.scene, &rig.site);
-    rig.scene.tissue.element = OM_ELEMENT_SHELL;
-    assert_int_equal(om_match_create(&def, &match), OM_UNAVAILABLE);
-    assert_non_null(strstr(om_error_message(), "element: shell"));
     def = (OmMatchDef){0};
     assert_int_equal(om_match_create(&def, &match), OM_INVALID);
     assert_null(match);
@@ -196,8 +214,9 @@ static void test_memory(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
-                                       cmocka_unit_test(test_body), cmocka_unit_test(test_refusals),
-                                       cmocka_unit_test(test_memory)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_body),
+        cmocka_unit_test(test_body_of_shells), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,6 +46,36 @@ static void test_reach(void** context) {
     rig_done(&r);
 }
 
+// Of shells the face under the tip is held, where it is nearer than the radius, and no vertex: jaws hold an area.
+static void test_face(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, lo, om_vec3(0.06, 0.06, 0.005), 4, 4, 1);  // cells of 15 mm
+    r.def.element = OM_ELEMENT_SHELL;
+    rig_start(&r);
+    int nheld;
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, tip_at(0.023, 0.021, 0.009), 0.005, &nheld));
+    assert_int_equal(nheld, 4);
+    for (int i = 0; i < r.mesh.nvert; ++i) {
+        const double* x = r.mesh.x + 3 * i;
+        bool is_corner = fabs(x[0] - 0.0225) < 0.008 && fabs(x[1] - 0.0225) < 0.008 && x[2] > 0;
+        assert_int_equal(om_tissue_held_by(r.s)[i], is_corner ? 0 : -1);
+    }
+    // the face beside it: the other arm has two of its corners
+    assert_ok(om_tissue_grasp(r.m, r.s, 1, tip_at(0.038, 0.021, 0.009), 0.005, &nheld));
+    assert_int_equal(nheld, 2);
+    assert_int_equal(om_tissue_nheld(r.s, 0), 4);
+    om_tissue_release(r.s, 1);
+    assert_int_equal(om_tissue_grasp(r.m, r.s, 1, tip_at(0.038, 0.021, 0.0101), 0.005, NULL),
+                     OM_INVALID);
+    // vertices within the radius come with it
+    assert_ok(om_tissue_grasp(r.m, r.s, 1, tip_at(0.046, 0.046, 0.005), 0.005, &nheld));
+    assert_int_equal(nheld, 4);
+    assert_ok(om_tissue_grasp(r.m, r.s, 1, tip_at(0.046, 0.046, 0.005), 0.006, &nheld));
+    assert_int_equal(nheld, 5);
+    rig_done(&r);
+}
+
 // Lifted by 12 mm and turned by 40 degrees in 30 steps; between steps it follows a straight line.
 static void test_follows_rigidly(void** context) {
     (void)context;
@@ -247,12 +277,10 @@ static void test_beside_an_attachment(void** context) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_reach),
-                                       cmocka_unit_test(test_follows_rigidly),
-                                       cmocka_unit_test(test_two_arms),
-                                       cmocka_unit_test(test_refused),
-                                       cmocka_unit_test(test_attachments),
-                                       cmocka_unit_test(test_stiff_springs),
-                                       cmocka_unit_test(test_beside_an_attachment)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_reach),           cmocka_unit_test(test_face),
+        cmocka_unit_test(test_follows_rigidly), cmocka_unit_test(test_two_arms),
+        cmocka_unit_test(test_refused),         cmocka_unit_test(test_attachments),
+        cmocka_unit_test(test_stiff_springs),   cmocka_unit_test(test_beside_an_attachment)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
