@@ -21,9 +21,9 @@
 #define NABLATED 40  // pairs of the ablations
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, runs of FRAS, or searches are made in another way.
-#define METHOD 26
-#define METHOD_FRAS 9
-#define METHOD_SEARCH 6
+#define METHOD 27
+#define METHOD_FRAS 10
+#define METHOD_SEARCH 7
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -31,7 +31,7 @@
 #define FIRST_GRASPS 5
 #define MAX_WORKER 64
 // Processor times for the estimate, s; a coarse sheet takes 0.15 of them.
-#define SECONDS_PREPLAN 100  // 384 quadratic elements: 16,000 steps
+#define SECONDS_PREPLAN 20  // 144 shells: 16,000 steps
 #define SECONDS_OPEN 8
 #define SECONDS_DEFRAS 60
 #define SECONDS_FRAS 8
@@ -125,6 +125,7 @@ static uint64_t hash_task(const Task* t) {
                             s->tissue.cells.x,
                             s->tissue.world_cells.x,
                             s->tissue.element,
+                            s->world.element,
                             s->tissue.friction,
                             s->tissue.young,
                             s->tissue.poisson,

@@ -180,6 +180,7 @@ typedef struct OmSceneWorld {  // settings of the simulated world that the twin 
     double young_factor;       // true Young's modulus over `young`; default 0.85
     double density_factor;     // default 1
     int law;                   // OmLaw of the true tissue, -1 (default): the twin's
+    int element;               // OmTissueElement of the true tissue, -1 (default): the twin's
     double poisson;        // true Poisson's ratio of all materials, below 0 (default): the twin's
     double friction;       // true friction, below 0 (default): the twin's
     double tool_noise;     // m, standard deviation of a measured tool position; default 0.2 mm
@@ -315,12 +316,18 @@ OM_API OmStatus om_scene_print_keys(OmText* text);
 
 typedef enum OmSiteRole {
     OM_SITE_TWIN,  // the belief of the robot: coarse enough for real time
-    OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh
+    OM_SITE_WORLD  // the simulated truth: at least twice the nodes, another mesh
 } OmSiteRole;
 
 /// True if a part of the physics (OmSceneWhere) belongs to the site of this role.
 static inline bool om_scene_has(int where, OmSiteRole role) {
     return where == OM_IN_BOTH || (where == OM_IN_TRUTH && role == OM_SITE_WORLD);
+}
+
+/// The elements of bodies of engine "fem" at the site of this role.
+static inline OmTissueElement om_scene_element(const OmScene* scene, OmSiteRole role) {
+    const bool has_own = role == OM_SITE_WORLD && scene->world.element >= 0;
+    return has_own ? (OmTissueElement)scene->world.element : scene->tissue.element;
 }
 
 typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label

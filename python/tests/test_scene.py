@@ -82,7 +82,7 @@ def test_a_body_lies_on_its_board_and_is_lifted(sheet, alive):
     carried = forces.contact[2]
     far = body.x[np.linalg.norm(body.x[:, :2] - body.x[body.attached][:, :2].mean(axis=0), axis=1).argmax()].copy()
     held = body.grasp(far)
-    assert held > (body.held_by == 0).sum() > 0 and body.is_holding()  # held: midpoints of edges, too
+    assert held == (body.held_by == 0).sum() >= 4 and body.is_holding()  # at least the face under the tip
     state = body.snapshot()
 
     def lift():

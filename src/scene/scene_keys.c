@@ -264,6 +264,8 @@ static const OmYamlField world_field[] = {
      .help = "true density over the twin's"},
     {"law", OM_YAML_ENUM, AT(OmSceneWorld, law), .name = law_name,
      .help = "true law of the material; left out: the twin's"},
+    {"element", OM_YAML_ENUM, AT(OmSceneWorld, element), .name = element_name,
+     .help = "elements of the truth; left out: the twin's"},
     {"poisson", OM_YAML_DOUBLE, AT(OmSceneWorld, poisson), .min = 0, .max = OM_MAX_POISSON,
      .help = "true Poisson's ratio, of all materials; left out: the twin's"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneWorld, friction), .min = 0, .max = 10,

@@ -50,6 +50,7 @@ OmScene om_scene_default(void) {
     s.world = (OmSceneWorld){.young_factor = 0.85,
                              .density_factor = 1.0,
                              .law = -1,
+                             .element = -1,
                              .poisson = -1,
                              .friction = -1,
                              .tool_noise = 0.2 * MM,
@@ -99,7 +100,9 @@ static OmStatus validate(const OmScene* s, const char* name) {
                  "%s: %s: stiffness %g N/m and foundation %g N/m^3 exclude each other", name,
                  k ? "believed_attachments" : "attachments", pair[k][0], pair[k][1]);
     OM_CHECK(
-        s->tissue.source == OM_SOURCE_SHEET || s->tissue.element != OM_ELEMENT_SHELL, OM_INVALID,
+        s->tissue.source == OM_SOURCE_SHEET ||
+            (s->tissue.element != OM_ELEMENT_SHELL && s->world.element != OM_ELEMENT_SHELL),
+        OM_INVALID,
         "%s: tissue: element: shell needs `source: sheet`; leave `element` out for other tissue",
         name);
     OM_CHECK(s->tissue.source == OM_SOURCE_SHEET || s->tissue.file[0], OM_INVALID,

@@ -65,9 +65,9 @@ static double finer_cells(double n) {
     return fmax(ceil(WORLD_CELLS * n), ceil(sqrt(2.0) * (n + 1)) - 1);
 }
 
-OmVec3 om__scene_world_cells(const OmSceneTissue* t) {
-    OmVec3 n = t->world_cells, c = t->cells;
-    const bool bends = t->element != OM_ELEMENT_LINEAR;
+OmVec3 om__scene_world_cells(const OmScene* s) {
+    OmVec3 n = s->tissue.world_cells, c = s->tissue.cells;
+    const bool bends = om_scene_element(s, OM_SITE_WORLD) != OM_ELEMENT_LINEAR;
     return om_vec3(n.x > 0 ? n.x : finer_cells(c.x), n.y > 0 ? n.y : finer_cells(c.y),
                    n.z > 0 ? n.z
                    : bends ? c.z
@@ -78,12 +78,19 @@ double om__scene_world_edge(const OmSceneModel* m) {
     return m->world_edge > 0 ? m->world_edge : WORLD_EDGE * m->edge;
 }
 
+// Midpoints of all edges of the tetrahedra make a grid of half the cells.
+static double count_nodes(OmTissueElement element, OmVec3 c) {
+    double k = element == OM_ELEMENT_QUADRATIC ? 2 : 1;
+    return (k * c.x + 1) * (k * c.y + 1) * (k * c.z + 1);
+}
+
 OmStatus om__scene_check_world(const OmScene* s, const char* name) {
     if (s->tissue.source == OM_SOURCE_SHEET) {
-        OmVec3 c = s->tissue.cells, w = om__scene_world_cells(&s->tissue);
-        double twin = (c.x + 1) * (c.y + 1) * (c.z + 1), world = (w.x + 1) * (w.y + 1) * (w.z + 1);
+        OmVec3 w = om__scene_world_cells(s);
+        double twin = count_nodes(om_scene_element(s, OM_SITE_TWIN), s->tissue.cells),
+               world = count_nodes(om_scene_element(s, OM_SITE_WORLD), w);
         OM_CHECK(world >= 2 * twin, OM_INVALID,
-                 "%s: tissue: world_cells [%g, %g, %g] make %.0f vertices, cells %.0f: the truth "
+                 "%s: tissue: world_cells [%g, %g, %g] make %.0f nodes, cells %.0f: the truth "
                  "needs at least twice as many; make world_cells finer or leave it out",
                  name, w.x, w.y, w.z, world, twin);
     }
@@ -95,14 +102,15 @@ OmStatus om__scene_check_world(const OmScene* s, const char* name) {
     return OM_OK;
 }
 
-// The world's mesh. If the scene gives no edge, the mesh is refined until it has at least `min` vertices.
+// The world's mesh. If the scene gives no edge, the mesh is refined until it has at least `min` vertices. That a sheet
+// has enough nodes is checked already.
 static OmStatus build_world_body(const OmScene* scene, int min, const OmProgress* progress,
                                  OmSite* site) {
     OmScene s = *scene;
     bool is_open = s.tissue.source == OM_SOURCE_VOLUME && s.model.world_edge == 0;
     for (int build = 0;; ++build) {
         OM_TRY(om__site_build_body(&s, OM_SITE_WORLD, progress, site));
-        if (site->mesh.nvert >= min) return OM_OK;
+        if (site->mesh.nvert >= min || s.tissue.source == OM_SOURCE_SHEET) return OM_OK;
         double edge = om__scene_world_edge(&s.model);
         edge *= 0.98 * sqrt((double)site->mesh.nvert / min);
         OM_CHECK(is_open && build + 1 < MAX_BUILDS, OM_INVALID,

@@ -27,7 +27,7 @@ void om__site_set_stiffness(const OmScene* scene, OmSite* site);
 // Material and springs of an organ that deforms by the scene's numbers.
 void om__site_set_organ(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.
-OmVec3 om__scene_world_cells(const OmSceneTissue* tissue);
+OmVec3 om__scene_world_cells(const OmScene* scene);
 double om__scene_world_edge(const OmSceneModel* model);
 // OM_INVALID if the scene's numbers cannot give the world twice the twin's vertices; checked without meshing.
 OmStatus om__scene_check_world(const OmScene* scene, const char* name);

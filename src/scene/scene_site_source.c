@@ -61,9 +61,10 @@ done:
 
 // ---- sources -------------------------------------------------------------------------------------------------
 
-static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* site) {
+static OmStatus build_sheet(const OmScene* scene, OmSiteRole role, OmSite* site) {
+    const OmSceneTissue* t = &scene->tissue;
     OmVec3 half = om_vec3(0.5 * t->size.x, 0.5 * t->size.y, 0);
-    OmVec3 n = role == OM_SITE_TWIN ? t->cells : om__scene_world_cells(t);
+    OmVec3 n = role == OM_SITE_TWIN ? t->cells : om__scene_world_cells(scene);
     OM_TRY(om_tet_mesh_box(om_scale(-1, half), om_vec3(half.x, half.y, t->size.z), (int)n.x,
                            (int)n.y, (int)n.z, &site->mesh));
     site->has_ground = t->has_board;
@@ -200,7 +201,7 @@ OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProg
                              OmSite* site) {
     const OmSceneTissue* t = &scene->tissue;
     switch (t->source) {
-    case OM_SOURCE_SHEET: OM_TRY(build_sheet(t, role, site)); break;
+    case OM_SOURCE_SHEET: OM_TRY(build_sheet(scene, role, site)); break;
     case OM_SOURCE_MESH: OM_TRY(build_from_mesh(scene, role, site)); break;
     default: OM_TRY(build_from_patient(scene, role, progress, site)); break;
     }

@@ -66,7 +66,7 @@ OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site, OmBod
     OM_TRY(make_input(scene, site->role, engine, parts));
     OmTissueDef def = om_tissue_default_def(engine, &site->mesh);
     def.input = &parts->input;
-    if (engine->has_quadratic) def.element = (OmTissueElement)scene->tissue.element;
+    if (engine->has_quadratic) def.element = om_scene_element(scene, site->role);
     OmSiteMaterial first = om_site_get_material(site, 0);
     def.material_default = material_of(scene, site, &first);
     def.density = site->density;

@@ -210,6 +210,10 @@ static void test_shells(void** state) {
     (void)state;
     OmScene s = parse("name: keys\ntissue: {source: sheet, element: shell}\n");
     assert_int_equal(s.tissue.element, OM_ELEMENT_SHELL);
+    assert_int_equal(om_scene_element(&s, OM_SITE_WORLD), OM_ELEMENT_SHELL);
+    s = parse("name: keys\ntissue: {source: sheet, element: shell}\nworld: {element: quadratic}\n");
+    assert_int_equal(om_scene_element(&s, OM_SITE_TWIN), OM_ELEMENT_SHELL);
+    assert_int_equal(om_scene_element(&s, OM_SITE_WORLD), OM_ELEMENT_QUADRATIC);
     const char text[] = "name: keys\ntissue: {source: mesh, file: a.vtu, element: shell}\n";
     assert_status(om_scene_parse(text, strlen(text), "keys", &s), OM_INVALID);
     if (!strstr(om_error_message(), "shell needs `source: sheet`"))

@@ -517,6 +517,10 @@ static void test_materials_of_a_site(void** state) {
         site.role = OM_SITE_WORLD;  // the truth always has elements
         assert_ok(om_body_make_tissue_def(&scene, &site, &parts, &def));
         assert_true(def.element == OM_ELEMENT_QUADRATIC);
+        scene.world.element = OM_ELEMENT_LINEAR;
+        assert_ok(om_body_make_tissue_def(&scene, &site, &parts, &def));
+        assert_true(def.element == OM_ELEMENT_LINEAR);
+        scene.world.element = -1;
         site.role = OM_SITE_TWIN;
     }
     OmBody* body[2];
