@@ -59,9 +59,37 @@ static void an_engine_that_does_not_settle_changes_nothing(void** unused) {
     om_view_server_destroy(h.server);
 }
 
+// Of a sheet the page may choose shells, and steps them; of a name that is none it says the others.
+static void elements_are_chosen(void** unused) {
+    (void)unused;
+    OmCliRetract s = {.nworker = 1, .scene = om_scene_default()};
+    s.engines = om_engine_set_default();
+    s.scene.engines = &s.engines;
+    s.scene.tissue.cells = om_vec3(6, 6, 1);
+    OmViewServerDef def = om_view_server_default_def();
+    Hand h = {.s = &s};
+    def.port = 0;
+    assert_ok(om_view_server_create(&def, &h.server));
+    assert_ok(om__hand_begin(&h, NULL));
+    const int nquadratic = om_tissue_mesh(om_body_tissue(h.body))->nvert;
+    assert_ok(om__hand_obey(&h, "element shell"));
+    assert_false(is_error);
+    assert_int_equal(h.scene.tissue.element, OM_ELEMENT_SHELL);
+    assert_int_equal(om_tissue_mesh(om_body_tissue(h.body))->nvert, 7 * 7 * 2);
+    assert_true(nquadratic > 7 * 7 * 2);
+    for (int k = 0; k < 3; ++k) assert_ok(om__hand_step(&h));
+    assert_ok(om__hand_obey(&h, "element plate"));
+    assert_true(is_error);
+    assert_non_null(strstr(said, "element \"plate\": linear, quadratic or shell"));
+    assert_int_equal(h.scene.tissue.element, OM_ELEMENT_SHELL);
+    om__hand_done(&h);
+    om_view_server_destroy(h.server);
+}
+
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(an_engine_that_does_not_settle_changes_nothing),
+        cmocka_unit_test(elements_are_chosen),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
