@@ -54,7 +54,7 @@ if sys.argv[1] == "bundle":
     missing = [n for n in names if not any(f"/lib{n}" in p for p in ours)]
     assert not missing, f"not in the wheel: {missing}"
     texts = {p.stem for p in (here / "licences").glob("*.txt")}
-    assert {"LGPL-2.1", "libcholmod3", "libsuperlu5", "libembree3-3", "libdnnl2"} <= texts, texts
+    assert {"LGPL-2.1", "libcholmod3", "libsuperlu5", "libdnnl2"} <= texts and texts & {"libembree3-3", "embree"}, texts
     # no part under the GPL: neither UMFPACK nor the modules of CHOLMOD that are; nothing to link with, and no more than PyPI takes
     cholmod = ctypes.CDLL(next(p for p in ours if "/libcholmod" in p))
     assert hasattr(cholmod, "cholmod_analyze") and not hasattr(cholmod, "cholmod_super_numeric") and not hasattr(cholmod, "cholmod_updown")
