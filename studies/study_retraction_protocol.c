@@ -1,6 +1,6 @@
 // study_retraction_protocol.c: cases of the retraction study, drawn by rules that were committed before any run.
 //
-// The sheet of 6.4.7 and 6.5.1 as scenes/belief.yaml has it, 120 x 120 x 5 mm on a board: 144 shells in the twin, 864
+// The sheet of 6.4.7 and 6.5.1 as scenes/belief.yaml has it, 120 x 120 x 5 mm on a board: 256 shells in the twin, 1,176
 // quadratic tetrahedra in the world with 0.85 of the modulus and Poisson's ratio 0.42 instead of 0.45; friction 0.2 in
 // both.
 // Epsilon and margin are those of that scene. The world of a random pair differs in more: vary_world.
@@ -82,8 +82,8 @@ static OmScene sheet_scene(const RetractionCase* c) {
     s.seed = c->seed;
     s.tissue.element = OM_ELEMENT_SHELL;
     s.world.element = OM_ELEMENT_QUADRATIC;
-    s.tissue.cells = c->is_quick ? om_vec3(6, 6, 1) : om_vec3(12, 12, 1);
-    s.tissue.world_cells = c->is_quick ? om_vec3(7, 7, 1) : om_vec3(12, 12, 1);
+    s.tissue.cells = c->is_quick ? om_vec3(6, 6, 1) : om_vec3(16, 16, 1);
+    s.tissue.world_cells = c->is_quick ? om_vec3(7, 7, 1) : om_vec3(14, 14, 1);
     s.attach.share_min = s.attach.share_max = c->share;
     s.believed.seed = c->believed_seed;
     s.believed.share = c->believed;
@@ -127,7 +127,7 @@ static void vary_world(const RetractionCase* c, OmScene* s) {
     s->world.law = om_rng_below(&rng, 2) ? OM_STABLE_NEO_HOOKEAN : OM_NEO_HOOKEAN;
     s->world.young_factor = pow(2, up_to(&rng, 1));
     if (!c->is_quick)
-        s->tissue.world_cells.x = s->tissue.world_cells.y = 12 + om_rng_below(&rng, 3);
+        s->tissue.world_cells.x = s->tissue.world_cells.y = 13 + om_rng_below(&rng, 3);
     for (int k = 0; k < 3; ++k) turn[k] = up_to(&rng, OM_PI / 90 / sqrt(3));
     s->world.tool_noise = TOOL_NOISE;
     s->roi.margin = om_rng_range(&rng, 0, 0.005);

@@ -31,7 +31,7 @@
 #define FIRST_GRASPS 5
 #define MAX_WORKER 64
 // Processor times for the estimate, s; a coarse sheet takes 0.15 of them.
-#define SECONDS_PREPLAN 20  // 144 shells: 16,000 steps
+#define SECONDS_PREPLAN 40  // 256 shells: 16,000 steps
 #define SECONDS_OPEN 8
 #define SECONDS_DEFRAS 60
 #define SECONDS_FRAS 8

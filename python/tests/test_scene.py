@@ -15,6 +15,7 @@ def sheet():
     scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
     scene.seed = 201
     scene.tissue.cells = (10, 10, 1)
+    scene.tissue.world_cells = (16, 16, 1)
     return scene
 
 
