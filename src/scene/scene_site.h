@@ -29,7 +29,7 @@ void om__site_set_organ(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.
 OmVec3 om__scene_world_cells(const OmScene* scene);
 double om__scene_world_edge(const OmSceneModel* model);
-// OM_INVALID if the scene's numbers cannot give the world twice the twin's vertices; checked without meshing.
+// OM_INVALID if the scene's numbers cannot give the world twice the twin's vertices, of a sheet nodes; before meshing.
 OmStatus om__scene_check_world(const OmScene* scene, const char* name);
 // The ROI under the tissue, a dome on the board: at a random place, or at the place that the scene gives.
 OmStatus om__site_place_roi(const OmScene* scene, OmSite* site);

@@ -206,8 +206,8 @@ static double quad_distance(const double* x, const int v[4], OmVec3 p) {
                 om_distance(p, om_triangle_closest(p, a, c, d, NULL)));
 }
 
-// The corners of the shells' face that is nearest to the tip; null: none is within reach. Jaws hold an area. Held at
-// one vertex the sheet hangs like a thread: its cells stretch to three times their length, and turn freely.
+// The corners of the shells' face that is nearest to the tip; null: none is within reach. Jaws hold an area;
+// held at one vertex the sheet hangs on it, and turns freely.
 static const int* nearest_face(const OmTissueModel* m, const double* x, OmVec3 tip, double reach) {
     const int* best = NULL;
     double least = reach;

@@ -20,6 +20,22 @@ static OmStatus refuse(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w
     return om_error(OM_INVALID, "stuck: no step");
 }
 
+// A hand over a sheet of 6 x 6 cells, with the engines and the scene of `s`.
+static void begin(Hand* h, OmCliRetract* s) {
+    OmViewServerDef def = om_view_server_default_def();
+    *h = (Hand){.s = s};
+    s->scene.engines = &s->engines;
+    s->scene.tissue.cells = om_vec3(6, 6, 1);
+    def.port = 0;
+    assert_ok(om_view_server_create(&def, &h->server));
+    assert_ok(om__hand_begin(h, NULL));
+}
+
+static void end(Hand* h) {
+    om__hand_done(h);
+    om_view_server_destroy(h->server);
+}
+
 // From pbd, without forces, to an engine with forces whose first step fails.
 static void an_engine_that_does_not_settle_changes_nothing(void** unused) {
     (void)unused;
@@ -30,14 +46,9 @@ static void an_engine_that_does_not_settle_changes_nothing(void** unused) {
     OmCliRetract s = {.nworker = 1, .scene = om_scene_default()};
     s.engines = om_engine_set_default();
     assert_ok(om_engine_set_add(&s.engines, &stuck));
-    s.scene.engines = &s.engines;
     strcpy(s.scene.tissue.engine, "pbd");
-    s.scene.tissue.cells = om_vec3(6, 6, 1);
-    OmViewServerDef def = om_view_server_default_def();
-    Hand h = {.s = &s};
-    def.port = 0;
-    assert_ok(om_view_server_create(&def, &h.server));
-    assert_ok(om__hand_begin(&h, NULL));
+    Hand h;
+    begin(&h, &s);
     for (int k = 0; k < 3; ++k) assert_ok(om__hand_step(&h));
     const double step_time = h.step_time;
     assert_ok(om__hand_obey(&h, "engine stuck"));
@@ -55,8 +66,7 @@ static void an_engine_that_does_not_settle_changes_nothing(void** unused) {
     assert_true(h.has_forces);
     assert_true(h.time == 0 && h.step_time == 0);
     assert_ok(om__hand_send_frame(&h));
-    om__hand_done(&h);
-    om_view_server_destroy(h.server);
+    end(&h);
 }
 
 // Of a sheet the page may choose shells, and steps them; of a name that is none it says the others.
@@ -64,13 +74,8 @@ static void elements_are_chosen(void** unused) {
     (void)unused;
     OmCliRetract s = {.nworker = 1, .scene = om_scene_default()};
     s.engines = om_engine_set_default();
-    s.scene.engines = &s.engines;
-    s.scene.tissue.cells = om_vec3(6, 6, 1);
-    OmViewServerDef def = om_view_server_default_def();
-    Hand h = {.s = &s};
-    def.port = 0;
-    assert_ok(om_view_server_create(&def, &h.server));
-    assert_ok(om__hand_begin(&h, NULL));
+    Hand h;
+    begin(&h, &s);
     const int nquadratic = om_tissue_mesh(om_body_tissue(h.body))->nvert;
     assert_ok(om__hand_obey(&h, "element shell"));
     assert_false(is_error);
@@ -82,8 +87,7 @@ static void elements_are_chosen(void** unused) {
     assert_true(is_error);
     assert_non_null(strstr(said, "element \"plate\": linear, quadratic or shell"));
     assert_int_equal(h.scene.tissue.element, OM_ELEMENT_SHELL);
-    om__hand_done(&h);
-    om_view_server_destroy(h.server);
+    end(&h);
 }
 
 int main(void) {
