@@ -327,6 +327,14 @@ def struct_texts():
     return texts
 
 
+def enum_fields(headers, fields, text):
+    """Enum by field: of fields that are enums, and of ints whose comment begins with an enum, as `int law;  // OmLaw of ..., -1: none`."""
+    told = dict(re.findall(r"^\s*int (\w+);\s*// (Om\w+) of ", text, re.M))
+    of = {field: headers.base(kind) if isinstance(kind, str) else "" for field, kind in fields}
+    of = {field: told.get(field, kind) if kind == "int" else kind for field, kind in of.items()}
+    return {field: kind for field, kind in of.items() if kind in headers.enums}
+
+
 def number_macros():
     """Macros whose value is a number or a text."""
     found = {}
@@ -393,7 +401,8 @@ def write_structs(headers, out):
         if name in texts:
             text = texts[name].replace("\\", "\\\\").replace('"""', "'''")
             out.append(f'    """{text}"""')
-        out += [f"    {field}: {headers.hint(kind)}" for field, kind in fields]
+        chosen = enum_fields(headers, fields, texts.get(name, ""))
+        out += [f"    {field}: Choice[{chosen[field]}]" if field in chosen else f"    {field}: {headers.hint(kind)}" for field, kind in fields]
         out.append("")
     out.append("\n# ---- types of functions\n")
     for name, kind in headers.aliases.items():
@@ -402,8 +411,7 @@ def write_structs(headers, out):
     out.append("\n# ---- fields\n")
     for name, fields in structs.items():
         body = ", ".join(f'("{field}", {headers.ctype(kind)})' for field, kind in fields)
-        enums = ", ".join(f'"{field}": {headers.base(kind)}' for field, kind in fields
-                          if isinstance(kind, str) and headers.base(kind) in headers.enums)
+        enums = ", ".join(f'"{field}": {kind}' for field, kind in enum_fields(headers, fields, texts.get(name, "")).items())
         out.append(f"complete({name}, [{body}], {{{enums}}})")
 
 

@@ -18,7 +18,7 @@ def lifted(is_slow):
     scene.seed = 203
     scene.tissue.cells, scene.tissue.world_cells = (12, 12, 1), (18, 18, 1)
     if not is_slow:
-        scene.tissue.element = "linear"
+        scene.tissue.element = scene.world.element = "linear"
     scene.attach.kind = int(om.capi.OmAttachKind.BOX)
     scene.attach.lo, scene.attach.hi = (0.0, -0.07, -0.01), (0.07, 0.07, 0.01)
     scene.roi.is_random = False

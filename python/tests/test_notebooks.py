@@ -30,6 +30,7 @@ def test_there_are_three_and_each_shows_pictures(tmp_path):
 
 
 LINEAR = 'tissue.element = "linear"'
+LINEAR_TRUTH = 'world.element = "linear"'
 COARSELY = "has_bending_test=False, refine=False, allow_loss=True"
 COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the numbers are others
     "1_ct_to_tetrahedra": [("edge=0.0035,", f"edge=0.0055, {COARSELY},"), ("width=540, height=300", "width=180, height=100"),
@@ -40,7 +41,7 @@ COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the n
                            ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
                            ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *"),
                            ('law="stable-neo-hookean",', 'law="stable-neo-hookean", element="linear",')],
-    "3_attachments_from_depth": [("scene.seed = 203", f"scene.seed = 203\nscene.{LINEAR}")],
+    "3_attachments_from_depth": [("scene.seed = 203", f"scene.seed = 203\nscene.{LINEAR}\nscene.{LINEAR_TRUTH}")],
 }
 
 

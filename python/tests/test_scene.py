@@ -42,6 +42,11 @@ def test_a_scene_is_read_changed_and_pickled(sheet):
         sheet.tissue.yong = 1
     with pytest.raises(ValueError, match="OmLaw has no member 'corotated'; did you mean 'corotational'"):
         sheet.tissue.law = "corotated"
+    sheet.world.element, sheet.world.law = "quadratic", "neo-hookean"  # ints in C, as -1 says "the twin's"
+    assert sheet.world.element == om.capi.OmTissueElement.ELEMENT_QUADRATIC
+    assert sheet.world.law == om.capi.OmLaw.NEO_HOOKEAN and "  element: quadratic" in sheet.yaml()
+    sheet.world.element = -1
+    assert sheet.world.element == -1 and om.Scene.parse(sheet.yaml()).world.element == -1
 
 
 def test_a_path_is_a_scene(tmp_path):

@@ -18,7 +18,7 @@ def make_scene():
     scene.tissue.cells = (ncell, ncell, 1)
     scene.tissue.world_cells = (3 * ncell // 2, 3 * ncell // 2, 1)
     if not IS_SLOW:
-        scene.tissue.element = "linear"
+        scene.tissue.element = scene.world.element = "linear"
         for camera in (scene.endoscope, scene.rgbd):
             camera.width, camera.height = 64, 48
     return scene
@@ -229,7 +229,7 @@ def test_a_run_writes_its_record(tmp_path):
 def test_a_run_of_quadratic_tissue_records_all_nodes(tmp_path):
     h5py = pytest.importorskip("h5py")
     scene = make_scene()
-    scene.tissue.element = "quadratic"
+    scene.tissue.element = scene.world.element = "quadratic"
     om.retract(scene, tmp_path / "run", frame_every=0, supervise=abort_after(30))
     recording = om.Recording(tmp_path / "run" / "run.vtkhdf")
     nx, ny, nz = (int(n) for n in scene.tissue.world_cells)

@@ -14,8 +14,8 @@
 // twin's pull is between 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
 // The modulus of real tissue is not known: the truths may have those of a range, even in their logarithm over layouts.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
-// pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
-// sorted by layout and block.
+// pull of the truth is four to seven times as large. The twin's layouts run in parallel, one thread each, then the
+// truth's grasps, of which one takes a minute; results are sorted by layout and block.
 //
 // Rejected: the 95 % quantile of truth less twin while the twin is between half the threshold and the threshold, where
 // the arms never pull; to repeat motions on the truth beyond the threshold: crumpled, it took 20 minutes for a layout.
@@ -45,29 +45,35 @@ typedef struct Sample {  // a block of a layout
     Trace trace[3];      // the motions that the truth repeats; empty: none
 } Sample;
 
+typedef struct Grasp {  // that the truth repeats
+    int layout, block;
+    Pairs pairs;
+} Grasp;
+
 typedef struct Calibration {
     const OmScene* scene;
     const double* young;    // the truth's modulus over the twin's, from, to; null: the scene's
     Sample* sample;         // (nlayout x nblock)
-    Pairs* pairs;           // of each layout
-    TrialOutcome* outcome;  // of each layout
-    int nblock, nlayout;
+    Grasp* grasp;           // (ngrasp)
+    TrialOutcome* outcome;  // of each item of a stage
+    int nblock, nlayout, ngrasp;
     double threshold;  // N
     const char* stage;
     const OmProgress* progress;
-    OmStatus (*run)(struct Calibration* c, int layout);
-    atomic_int ndone;  // layouts
+    OmStatus (*run)(struct Calibration* c, int item);
+    int nitem;         // of this stage: layouts, or grasps
+    atomic_int ndone;  // of these
     atomic_flag is_reporting;
     atomic_bool is_cancelled;
 } Calibration;
 
-// Before each step of a layout: a layout takes minutes. One worker at a time reports.
+// Before each step: an item takes minutes. One worker at a time reports.
 static OmStatus tick(void* ctx) {
     Calibration* c = ctx;
     if (atomic_load(&c->is_cancelled)) return om_error(OM_CANCELLED, "cancelled");
     if (atomic_flag_test_and_set(&c->is_reporting)) return OM_OK;
     const OmStatus status =
-        om_progress_report(c->progress, c->stage, atomic_load(&c->ndone), c->nlayout);
+        om_progress_report(c->progress, c->stage, atomic_load(&c->ndone), c->nitem);
     atomic_flag_clear(&c->is_reporting);
     if (status < 0) atomic_store(&c->is_cancelled, true);
     return status;
@@ -169,27 +175,35 @@ done:
 // Golden shares: even in the range for any number of layouts.
 static double golden(int layout) { return fmod((layout + 0.5) * 0.6180339887498949, 1); }
 
-static OmStatus run_truth(Calibration* c, int layout) {
-    Trial* truth = NULL;
+static OmStatus run_truth(Calibration* c, int item) {
+    Grasp* g = &c->grasp[item];
+    const Sample* s = &c->sample[g->layout * c->nblock + g->block];
+    Trial* truth;
     OmScene scene = *c->scene;
     if (c->young)
-        scene.world.young_factor = c->young[0] * pow(c->young[1] / c->young[0], golden(layout));
-    OmStatus status = OM_OK;
-    for (int b = 0; status >= 0 && b < c->nblock; ++b) {
-        const Sample* s = &c->sample[layout * c->nblock + b];
-        if (s->trace[0].n == 0) continue;
-        if (!truth) {
-            OM_TRY(om__trial_create(&scene, layout + 1, OM_SITE_WORLD, 1, &truth));
-            truth->tick = tick;
-            truth->tick_ctx = c;
-        }
-        status = replay_grasp(c, truth, b, s->trace, &c->pairs[layout]);
-    }
+        scene.world.young_factor = c->young[0] * pow(c->young[1] / c->young[0], golden(g->layout));
+    OM_TRY(om__trial_create(&scene, g->layout + 1, OM_SITE_WORLD, 1, &truth));
+    truth->tick = tick;
+    truth->tick_ctx = c;
+    const OmStatus status = replay_grasp(c, truth, g->block, s->trace, &g->pairs);
     om__trial_destroy(truth);
     return status;
 }
 
-static void run_layouts(void* ctx, int begin, int end, int block) {
+// The grasps that the twin recorded.
+static OmStatus list_grasps(Calibration* c) {
+    const int n = c->nlayout * c->nblock;
+    int ngrasp = 0;
+    for (int i = 0; i < n; ++i) ngrasp += c->sample[i].trace[0].n > 0;
+    c->grasp = om_calloc((size_t)ngrasp, sizeof *c->grasp);
+    OM_CHECK(c->grasp, OM_NO_MEMORY, "out of memory for %d grasps", ngrasp);
+    for (int i = 0; i < n; ++i)
+        if (c->sample[i].trace[0].n > 0)
+            c->grasp[c->ngrasp++] = (Grasp){.layout = i / c->nblock, .block = i % c->nblock};
+    return OM_OK;
+}
+
+static void run_items(void* ctx, int begin, int end, int block) {
     (void)block;
     Calibration* c = ctx;
     for (int i = begin; i < end; ++i) {
@@ -202,20 +216,20 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     }
 }
 
-// Run a stage of all layouts.
 static OmStatus run_stage(Calibration* c, const char* name,
-                          OmStatus (*run)(Calibration* c, int layout), int nworker) {
+                          OmStatus (*run)(Calibration* c, int item), int nitem, int nworker) {
     c->stage = name;
     c->run = run;
+    c->nitem = nitem;
     atomic_store(&c->ndone, 0);
-    OM_TRY(om_progress_report(c->progress, name, 0, c->nlayout));
-    om_parallel_for(nworker, c->nlayout, 1, run_layouts, c);
-    // An error of a layout cancels the others: it comes first.
+    OM_TRY(om_progress_report(c->progress, name, 0, nitem));
+    om_parallel_for(nworker, nitem, 1, run_items, c);
+    // An error of an item cancels the others: it comes first.
     for (int pass = 0; pass < 2; ++pass) {
-        for (int i = 0; i < c->nlayout; ++i) {
+        for (int i = 0; i < nitem; ++i) {
             const OmStatus s = c->outcome[i].status;
-            OM_CHECK(s >= 0 || (pass == 0 && s == OM_CANCELLED), s, "layout %d: %s", i + 1,
-                     c->outcome[i].message);
+            OM_CHECK(s >= 0 || (pass == 0 && s == OM_CANCELLED), s, "layout %d: %s",
+                     (run == run_truth ? c->grasp[i].layout : i) + 1, c->outcome[i].message);
         }
     }
     return OM_OK;
@@ -253,16 +267,18 @@ static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
     int n = 0;
     OmStatus status = OM_OK;
     double *twin = NULL, *truth = NULL, *scratch = NULL;
-    for (int k = 0; k < c->nlayout; ++k) n += c->pairs[k].n;
+    for (int k = 0; k < c->ngrasp; ++k) n += c->grasp[k].pairs.n;
     OM_ALLOC_DONE(twin, n);
     OM_ALLOC_DONE(truth, n);
     OM_ALLOC_DONE(scratch, n);
     n = 0;
-    for (int k = 0; k < c->nlayout; ++k)
-        for (int i = 0; i < c->pairs[k].n; ++i) {
-            twin[n] = c->pairs[k].twin[i];
-            truth[n++] = c->pairs[k].truth[i];
+    for (int k = 0; k < c->ngrasp; ++k) {
+        const Pairs* p = &c->grasp[k].pairs;
+        for (int i = 0; i < p->n; ++i) {
+            twin[n] = p->twin[i];
+            truth[n++] = p->truth[i];
         }
+    }
     const double limit = om__trial_limit(n, twin, truth, out->threshold, scratch);
     OM_CHECK_DONE(limit > 0, OM_INVALID,
                   "%s: the truth bears more than %.3g N, twice the median of the twin's pulls, "
@@ -340,22 +356,22 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, const double young[2],
                      .is_reporting = ATOMIC_FLAG_INIT};
     OmStatus status = OM_OK;
     OM_CALLOC_DONE(c.sample, (size_t)nlayout * (size_t)c.nblock);
-    OM_CALLOC_DONE(c.pairs, nlayout);
-    OM_CALLOC_DONE(c.outcome, nlayout);
+    OM_CALLOC_DONE(c.outcome, (size_t)nlayout * (size_t)c.nblock);
     const int worker = om_worker_count(nworker);
-    OM_TRY_DONE(run_stage(&c, "pulls of the twin", run_twin, worker));
+    OM_TRY_DONE(run_stage(&c, "pulls of the twin", run_twin, nlayout, worker));
     OM_TRY_DONE(summarise(&c, calibration));
     c.threshold = calibration->threshold;
-    OM_TRY_DONE(run_stage(&c, "pulls of the truth", run_truth, worker));
+    OM_TRY_DONE(list_grasps(&c));
+    OM_TRY_DONE(run_stage(&c, "pulls of the truth", run_truth, c.ngrasp, worker));
     status = find_margin(&c, calibration);
 done:
-    for (int k = 0; c.pairs && k < nlayout; ++k) {
-        om_free(c.pairs[k].twin);
-        om_free(c.pairs[k].truth);
+    for (int k = 0; k < c.ngrasp; ++k) {
+        om_free(c.grasp[k].pairs.twin);
+        om_free(c.grasp[k].pairs.truth);
     }
     for (int k = 0; c.sample && k < 3 * nlayout * c.nblock; ++k)
         om__trace_done(&c.sample[k / 3].trace[k % 3]);
-    om_free(c.pairs);
+    om_free(c.grasp);
     om_free(c.sample);
     om_free(c.outcome);
     return status;
