@@ -361,6 +361,47 @@ static void test_memory(void** state) {
     rig_done(r);
 }
 
+// The diagonal of a cube becomes upright, and `corner` of it comes to `place`.
+static void stand(OmTetMesh* cube, OmVec3 corner, OmVec3 place) {
+    const OmVec3 z = om_normalize(om_vec3(1, 1, 1)), x = om_normalize(om_vec3(1, -1, 0));
+    const OmVec3 y = om_cross(z, x);
+    for (int i = 0; i < cube->nvert; ++i) {
+        OmVec3 p = om_sub(om_load3(cube->x, i), corner);
+        om_store3(cube->x, i, om_add(place, om_vec3(om_dot(x, p), om_dot(y, p), om_dot(z, p))));
+    }
+}
+
+static bool is_low(OmVec3 p) { return p.z < -0.005; }
+
+// A cube falls on another, corner on corner, and stays on it before it tips over: no edge and no face is nearer than
+// the corner below.
+static void test_a_corner_on_a_corner(void** state) {
+    (void)state;
+    const OmVec3 lo = {0, 0, 0}, hi = {0.01, 0.01, 0.01};
+    const double gap = 5e-4, thickness = 1e-4;
+    TestRig r;
+    OmTetMesh upper;
+    rig_box(&r, lo, hi, 1, 1, 1);
+    assert_ok(om_tet_mesh_copy(&r.mesh, &upper));
+    stand(&r.mesh, hi, om_vec3(0, 0, 0));
+    stand(&upper, lo, om_vec3(0, 0, gap));
+    self_append(&r.mesh, &upper);
+    self_attach(&r, is_low);
+    r.def.material_default = (OmMaterial){.law = OM_NEO_HOOKEAN, .young = 1e5, .poisson = 0.3};
+    rig_start(&r);
+    OmContactDef def = om_contact_default_def();
+    def.self_contact = true;
+    def.self_thickness = thickness;
+    rig_contact(&r, &def);
+    const double *below = om_tissue_x(r.s) + 3 * 7, *above = om_tissue_x(r.s) + 3 * 8;
+    for (int n = 0; n < 10; ++n) {
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 2e-3, NULL));
+        assert_true(above[2] - below[2] > 0.95 * thickness);
+    }
+    assert_below(above[2] - below[2], 1.05 * thickness);
+    rig_done(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hertz),
@@ -368,6 +409,7 @@ int main(void) {
         cmocka_unit_test(test_energy_of_a_drop),
         cmocka_unit_test(test_momentum_of_a_collision),
         cmocka_unit_test(test_balls_in_a_bowl),
+        cmocka_unit_test(test_a_corner_on_a_corner),
         cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -163,6 +163,22 @@ static void test_coarse_and_deep(void** state) {
     }
 }
 
+// A sheet that begins 12 mm and more below the surface, all of it deeper than a step could bring it, comes out.
+static void test_all_of_it_deep_inside(void** state) {
+    (void)state;
+    Scene s;
+    start(&s, (Setting){.young = 1e6, .gap = -28e-3, .nworker = 1, .is_linear = true});
+    double deepest = -INFINITY;
+    for (int i = 0; i < s.ball; ++i)
+        deepest = fmax(deepest, om_norm(om_load3(om_tissue_x(s.r.s), i)));
+    assert_below(deepest, RADIUS - 0.008);
+    assert_true(step(&s, 1).ntouch > 20);  // before it falls, and searches farther by its speed
+    step(&s, 12);
+    for (int i = 0; i < s.ball; ++i)
+        assert_true(om_norm(om_load3(om_tissue_x(s.r.s), i)) > RADIUS - 1e-4);
+    done(&s);
+}
+
 // A ball of 3 kPa gives way where the sheet lies on it, and only downwards in the mean.
 static void test_a_soft_body_gives_way(void** state) {
     (void)state;
@@ -341,6 +357,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rests_as_on_a_rigid_organ),
         cmocka_unit_test(test_coarse_and_deep),
+        cmocka_unit_test(test_all_of_it_deep_inside),
         cmocka_unit_test(test_a_soft_body_gives_way),
         cmocka_unit_test(test_momentum_of_a_collision),
         cmocka_unit_test(test_friction),

@@ -243,8 +243,9 @@ static OmStatus drive(Robot* r, bool homes, int* nservo) {
     if (status == OM_OK && sees)
         status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
     if (status == OM_OK) status = om_world_move(world, 0, goal, 0.2);
+    if (r->lie == SILENT) pause_for(0.5);  // of these messages the last ones wait
     r->is_lying = true;
-    if (r->lie == SILENT) pause_for(2.5);
+    if (r->lie == SILENT) pause_for(2);
     for (int k = 0; k < 120 && status == OM_OK; ++k) {
         if (r->lie == PERSON && k == 3) om_stop_set(is_pressed, NULL);
         status = om_world_advance(world, DT);
