@@ -279,6 +279,7 @@ OmScene om__phantoms_scene(const PhantomCase* c, OmSiteRole role) {
     const PhantomShape* shape = &om__phantoms_shape[c->shape];
     OmScene s = om_scene_default();
     om__phantoms_name(c, s.name, sizeof s.name);
+    s.tissue.element = OM_ELEMENT_QUADRATIC;
     s.tissue.young = shape->young;
     s.tissue.density = shape->density;
     s.tissue.size.z = shape->thickness;

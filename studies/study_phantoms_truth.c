@@ -134,7 +134,7 @@ static uint64_t hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t
                              SHIFT, c->capsule.x,     c->capsule.y, c->reach};
     const double scene[] = {s->seed,
                             s->tissue.law,
-                            s->tissue.element,
+                            om_scene_element(s, OM_SITE_TWIN),
                             t->site.young,
                             t->site.density,
                             t->site.poisson,

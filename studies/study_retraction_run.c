@@ -124,7 +124,7 @@ static uint64_t hash_task(const Task* t) {
                             c->roi.y,
                             s->tissue.cells.x,
                             s->tissue.world_cells.x,
-                            s->tissue.element,
+                            om_scene_element(s, OM_SITE_TWIN),
                             s->world.element,
                             s->tissue.friction,
                             s->tissue.young,

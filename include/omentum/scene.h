@@ -48,7 +48,7 @@ typedef struct OmSceneTissue {
     char weights[OM_SCENE_PATH];
     OmTissueSource source;
     OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
-    OmVec3 cells;        // of the twin's sheet, default 10 x 10 x 1
+    OmVec3 cells;        // of the twin's sheet, default 16 x 16 x 1
     OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
                          // along the sides, of linear elements also through the thickness
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
@@ -56,7 +56,7 @@ typedef struct OmSceneTissue {
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     OmLaw law;    // default OM_NEO_HOOKEAN
-    OmTissueElement element;  // of bodies of engine "fem"; default OM_ELEMENT_QUADRATIC
+    int element;  // OmTissueElement of bodies of engine "fem", -1 (default): shells of sheets, quadratic of other tissue
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
     // Where tissue may not pass through itself, of finite elements or another engine with a matrix; OmSceneWhere,
@@ -326,8 +326,10 @@ static inline bool om_scene_has(int where, OmSiteRole role) {
 
 /// The elements of bodies of engine "fem" at the site of this role.
 static inline OmTissueElement om_scene_element(const OmScene* scene, OmSiteRole role) {
-    const bool has_own = role == OM_SITE_WORLD && scene->world.element >= 0;
-    return has_own ? (OmTissueElement)scene->world.element : scene->tissue.element;
+    if (role == OM_SITE_WORLD && scene->world.element >= 0)
+        return (OmTissueElement)scene->world.element;
+    if (scene->tissue.element >= 0) return (OmTissueElement)scene->tissue.element;
+    return scene->tissue.source == OM_SOURCE_SHEET ? OM_ELEMENT_SHELL : OM_ELEMENT_QUADRATIC;
 }
 
 typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label

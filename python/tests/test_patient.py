@@ -85,7 +85,6 @@ def test_attached_vertices_are_one_number(tmp_path):
     assert number > 5 and json.loads((tmp_path / "model/report.json").read_text())["sets"]["attachment"] == number
     scene = om.Scene.parse("name: fat\ntissue: {source: patient, file: patient.yaml}\nattachments: {kind: set}\ntask: {grid: 3}\n")
     scene.data_root = str(tmp_path / "model")
-    assert scene.tissue.element == om.capi.OmTissueElement.ELEMENT_QUADRATIC
     for body in (om.Body(patient), om.Body(scene)):
         assert body.attached.sum() == number and len(body.attached) == len(patient.mesh.x)
     tissue = om.Tissue(patient, element="linear")

@@ -65,7 +65,9 @@ static OmStatus say_mode(Hand* h) {
     om_json_string(&json, "engine", engine->name);
     put_engines(h, &json);
     om_json_string(&json, "element",
-                   om_tissue_element_name(engine->has_quadratic ? t->element : OM_ELEMENT_LINEAR));
+                   om_tissue_element_name(engine->has_quadratic
+                                              ? om_scene_element(&h->scene, OM_SITE_TWIN)
+                                              : OM_ELEMENT_LINEAR));
     om_json_open(&json, "elements", '[');
     for (int k = 0; k < element_count(engine, t); ++k)
         om_json_string(&json, NULL, om_tissue_element_name((OmTissueElement)k));

@@ -61,8 +61,8 @@ static const OmYamlField tissue_field[] = {
      .help = "does a board carry the tissue?"},
     {"element", OM_YAML_ENUM, AT(OmSceneTissue, element), .name = element_name,
      .help =
-         "tetrahedra of four or ten nodes, or solid-shell cells of a sheet; linear ones bend too stiffly; needs "
-         "`engine: fem`"},
+         "tetrahedra of four or ten nodes, or solid-shell cells of a sheet; left out: shell of sheets, quadratic of "
+         "other tissue; linear ones bend too stiffly; needs `engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
@@ -95,7 +95,7 @@ static const OmYamlField tissue_field[] = {
      .help = "share of the way to its goal that a particle goes, of `engine: pbd`"},
 };
 static const char* const tissue_renamed[] = {"model", "engine", NULL};
-#define BENDS "`element: quadratic`, the default, bends as the tissue does"
+#define BENDS "the default `element` bends as the tissue does"
 static const char* const tissue_removed[] = {"mesh_factor", BENDS, "averaged", BENDS, NULL};
 static const OmYamlSchema tissue_schema = {"tissue", tissue_field,   COUNT(tissue_field),
                                            NULL,     tissue_renamed, .removed = tissue_removed};

@@ -10,7 +10,8 @@
 // The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
 // attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth, until the twin's pull is above the
 // threshold. The arms act at a limit L: they slow down from three quarters of L on, stand still above it, and feel the
-// twin's pull. L is the largest for which the truth stays below the threshold in 95 % of the instants at which the
+// twin's pull. A motion on the truth ends at CAP times the threshold, and the rest of its instants bear that pull.
+// L is the largest for which the truth stays below the threshold in 95 % of the instants at which the
 // twin's pull is between 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
 // The modulus of real tissue is not known: the truths may have those of a range, even in their logarithm over layouts.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
@@ -161,9 +162,10 @@ static OmStatus replay_grasp(Calibration* c, Trial* truth, int block, const Trac
     for (int k = 0; k < 3; ++k) {
         const int n = count_below(&trace[k], c->threshold);
         if (k > 1) om_body_restore(truth->body, lifted);
-        OM_TRY_DONE(om__trial_replay(truth, n, trace[k].tip, force));
+        bool is_over;
+        OM_TRY_DONE(om__trial_replay(truth, n, trace[k].tip, CAP * c->threshold, force, &is_over));
         OM_TRY_DONE(add_pairs(pairs, &trace[k], n, force));
-        if (k == 0 && n < trace[k].n) break;  // no fold follows
+        if (k == 0 && (is_over || n < trace[k].n)) break;  // no fold follows
         if (k == 0) om_body_save(truth->body, lifted);
     }
 done:

@@ -96,11 +96,18 @@ static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     return status;
 }
 
-OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double* force) {
+OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double most, double* force,
+                          bool* is_over) {
+    *is_over = false;
     for (int i = 0; i < n; ++i) {
+        if (*is_over) {
+            force[i] = force[i - 1];
+            continue;
+        }
         const OmStatus status = step(t, tip[i], &force[i]);
         if (status < 0) return status;
-        if (status == OM_NOT_CONVERGED) force[i] = NAN;
+        *is_over = force[i] > most;
+        if (status == OM_NOT_CONVERGED && !*is_over) force[i] = NAN;
     }
     return OM_OK;
 }

@@ -53,8 +53,10 @@ OmStatus om__trial_second_fold(Trial* trial, OmPlanVerb verb, OmVec3 lifted, dou
                                TrialResult* course);
 // Keep the tip still; `least` receives the smallest share of the ROI seen meanwhile.
 OmStatus om__trial_hold(Trial* trial, double seconds, double* least, TrialResult* course);
-// Bring the tip to n places, a step each; `force` receives the pull at each, N, NaN where the step is not right.
-OmStatus om__trial_replay(Trial* trial, int n, const OmVec3* tip, double* force);
+// Bring the tip to n places, a step each; `force` receives the pull at each, N, NaN where the step is not right. A pull
+// above `most`, N, ends the motion: `is_over`, and the rest of `force` is that pull.
+OmStatus om__trial_replay(Trial* trial, int n, const OmVec3* tip, double most, double* force,
+                          bool* is_over);
 
 // trial_calibrate.c: the largest limit, N, for which 95 % of what the truth bears while the twin bears between
 // SLOW_FROM of it and all of it is at most the threshold; 0: there is none. `scratch` has room for n.

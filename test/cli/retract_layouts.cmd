@@ -38,4 +38,4 @@ err --young: "2,0.5" is not of the form LO,HI
 # A key that is gone: the reason and the remedy.
 $ sed -e 's/  source: sheet/  source: sheet\n  mesh_factor: 0.5/' small.yaml > factor.yaml && omentum retract factor.yaml -q --dry-run
 exit 3
-err factor\.yaml:\d+: tissue: mesh_factor is gone: `element: quadratic`, the default, bends as the tissue does; delete the line
+err factor\.yaml:\d+: tissue: mesh_factor is gone: the default `element` bends as the tissue does; delete the line

@@ -9,7 +9,7 @@ no-out
 $ omentum retract --example > example.yaml && $OMENTUM retract example.yaml --dry-run -q -o example
 exit 0
 out ^example, layout 1: the scene can be run
-out twin: 242 vertices \(\d+ attached\), 600 tetrahedra; truth: 512 vertices
+out twin: 578 vertices \(\d+ attached\), 1536 tetrahedra; truth: 1250 vertices
 out memory: \d+ MB so far, and up to \d+ MB for the report
 out time: \d+\.\d s to begin, then about \d+\.\d\d s for each second of operation
 no-err

@@ -205,12 +205,17 @@ static void test_a_volume(void** state) {
     expect(s.model.attach_turn, PI / 2);
 }
 
-// Shells are cells of a sheet: they are read, and other tissue refuses them with the remedy.
+// Shells are cells of a sheet, and its default: they are read, and other tissue refuses them with the remedy.
 static void test_shells(void** state) {
     (void)state;
-    OmScene s = parse("name: keys\ntissue: {source: sheet, element: shell}\n");
-    assert_int_equal(s.tissue.element, OM_ELEMENT_SHELL);
+    OmScene s = parse("name: keys\ntissue: {source: sheet}\n");
+    assert_int_equal(s.tissue.element, -1);
+    assert_int_equal(om_scene_element(&s, OM_SITE_TWIN), OM_ELEMENT_SHELL);
     assert_int_equal(om_scene_element(&s, OM_SITE_WORLD), OM_ELEMENT_SHELL);
+    s = parse("name: keys\ntissue: {source: mesh, file: a.vtu}\n");
+    assert_int_equal(om_scene_element(&s, OM_SITE_TWIN), OM_ELEMENT_QUADRATIC);
+    s = parse("name: keys\ntissue: {source: sheet, element: linear}\n");
+    assert_int_equal(om_scene_element(&s, OM_SITE_WORLD), OM_ELEMENT_LINEAR);
     s = parse("name: keys\ntissue: {source: sheet, element: shell}\nworld: {element: quadratic}\n");
     assert_int_equal(om_scene_element(&s, OM_SITE_TWIN), OM_ELEMENT_SHELL);
     assert_int_equal(om_scene_element(&s, OM_SITE_WORLD), OM_ELEMENT_QUADRATIC);

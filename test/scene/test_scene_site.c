@@ -21,6 +21,9 @@ static void test_the_sheet_is_the_default(void** state) {
     memcpy(plain.data_root, file.data_root, sizeof plain.data_root);
     assert_int_equal(file.seed, plain.seed);
     assert_near(file.tissue.size.x, plain.tissue.size.x, 1e-12);
+    assert_near(file.tissue.cells.x, plain.tissue.cells.x, 0);
+    assert_int_equal(om_scene_element(&plain, OM_SITE_TWIN), OM_ELEMENT_SHELL);
+    assert_int_equal(om_scene_element(&file, OM_SITE_TWIN), OM_ELEMENT_SHELL);
     assert_near(file.tissue.young, plain.tissue.young, 0);
     assert_near(file.task.force_threshold, plain.task.force_threshold, 0);
     assert_near(file.task.max_height, plain.task.max_height, 1e-12);
@@ -51,10 +54,9 @@ static void test_wrong_scenes_are_explained(void** state) {
     expect_refusal("name: x\n", "tissue");
     expect_refusal("name: x\ntissue: {source: sheat}\n", "sheet");
     expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "did you mean \"young\"");
-    expect_refusal(
-        "name: x\ntissue:\n  source: sheet\n  mesh_factor: 0.5\n",
-        "4: tissue: mesh_factor is gone: `element: quadratic`, the default, bends as the "
-        "tissue does; delete the line");
+    expect_refusal("name: x\ntissue:\n  source: sheet\n  mesh_factor: 0.5\n",
+                   "4: tissue: mesh_factor is gone: the default `element` bends as the "
+                   "tissue does; delete the line");
     expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "s.yaml:4");
     expect_refusal("name: x\ntissue: {source: sheet, young: soft}\n", "young");
     expect_refusal("name: x\ntissue: {source: sheet, poisson: 0.5}\n", "poisson");
@@ -331,8 +333,9 @@ static void test_world_mesh_follows_the_twin(void** state) {
         om_site_done(&twin);
         om_site_done(&world);
     }
-    expect_refusal("name: x\ntissue: {source: sheet, cells: [4, 4, 1], world_cells: [5, 5, 1]}\n",
-                   "make 363 nodes, cells 243: the truth needs at least twice as many");
+    expect_refusal(
+        "name: x\ntissue: {source: sheet, element: quadratic, cells: [4, 4, 1], world_cells: [5, 5, 1]}\n",
+        "make 363 nodes, cells 243: the truth needs at least twice as many");
     expect_refusal("name: x\ntissue: {source: sheet}\nrgbd: {focal_px: [200, 0]}\n",
                    "rgbd: focal_px, center_px, distortion: camera: focal lengths");
     expect_refusal("name: x\ntissue: {source: sheet}\nendoscope: {distortion: [-2, 0, 0, 0, 0]}\n",
