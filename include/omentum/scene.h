@@ -56,7 +56,7 @@ typedef struct OmSceneTissue {
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     OmLaw law;    // default OM_NEO_HOOKEAN
-    int element;  // OmTissueElement of bodies of engine "fem", -1 (default): shells of sheets, quadratic of other tissue
+    int element;  // OmTissueElement of bodies of engine "fem", -1 (default): shell of a sheet, else quadratic
     // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
     double friction;
     // Where tissue may not pass through itself, of finite elements or another engine with a matrix; OmSceneWhere,
