@@ -98,6 +98,7 @@ static OmStatus step(Trial* t, OmVec3 tip, double* force) {
 
 OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double most, double* force,
                           bool* is_over) {
+    int nwrong = 0;
     *is_over = false;
     for (int i = 0; i < n; ++i) {
         if (*is_over) {
@@ -106,8 +107,9 @@ OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double most, doubl
         }
         const OmStatus status = step(t, tip[i], &force[i]);
         if (status < 0) return status;
-        *is_over = force[i] > most;
-        if (status == OM_NOT_CONVERGED && !*is_over) force[i] = NAN;
+        nwrong = status == OM_NOT_CONVERGED ? nwrong + 1 : 0;
+        *is_over = force[i] > most || nwrong == TRIAL_WRONG;
+        if (nwrong > 0 && !(force[i] > most)) force[i] = NAN;
     }
     return OM_OK;
 }
