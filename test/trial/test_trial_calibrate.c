@@ -61,10 +61,40 @@ static void the_limit_keeps_the_truth_below_the_threshold(void** state) {
     assert_near(om__trial_limit(9, twin, twin, epsilon, scratch), 0, 0);  // too few
 }
 
+// Once the pull exceeds what is wanted, the body is left alone, and the rest of the instants bear that pull.
+static void a_motion_ends_at_a_pull(void** state) {
+    (void)state;
+    enum { N = 30 };
+    OmScene s = easy_scene();
+    s.attach.lo.x = 0.01;
+    Trial* t;
+    assert_ok(om__trial_create(&s, 1, OM_SITE_TWIN, 1, &t));
+    TrialResult c = {0};
+    OmVec3 tip[N];
+    double all[N], most[N];
+    int nheld, block = 0, k = 0;
+    bool is_over;
+    while (t->grid.vert[block] < 0 || om__grid_is_fixed(&t->grid, t->body, block)) ++block;
+    for (int pass = 0; pass < 2; ++pass) {
+        assert_ok(om__trial_grasp(t, block, &c, &nheld));
+        assert_true(nheld > 0);
+        for (int i = 0; i < N; ++i) tip[i] = om_add(c.tip, om_vec3(0, 0, 1e-3 * (i + 1)));
+        const double limit = pass ? 0.5 * all[N - 1] : INFINITY;
+        assert_ok(om__trial_replay(t, N, tip, limit, pass ? most : all, &is_over));
+        assert_int_equal(is_over, pass);
+    }
+    while (all[k] <= 0.5 * all[N - 1]) ++k;
+    assert_true(k > 2 && k < N - 2);
+    assert_memory_equal(all, most, (size_t)(k + 1) * sizeof *all);
+    for (int i = k; i < N; ++i) assert_near(most[i], all[k], 0);
+    om__trial_destroy(t);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stiffer_truth_bears_more),
         cmocka_unit_test(the_limit_keeps_the_truth_below_the_threshold),
+        cmocka_unit_test(a_motion_ends_at_a_pull),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
