@@ -3,60 +3,60 @@ $ (printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\n
 exit 0
 
 # Wrong input: one sentence, an exit code, nothing written.
-$ omentum model ball.nrrd --label 3 -q -o none
+$ omentum model --no-bending ball.nrrd --label 3 -q -o none
 exit 3
 err no voxel has label 3; the volume holds 7
 err-lines 1
 no-file none
 
-$ omentum model missing.nii -o none
+$ omentum model --no-bending missing.nii -o none
 exit 3
 err missing\.nii: no such file
 
-$ omentum model ball.nrrd --lable 7 -o none
+$ omentum model --no-bending ball.nrrd --lable 7 -o none
 exit 2
 err did you mean --label\?
 
-$ omentum model ball.nrrd
+$ omentum model --no-bending ball.nrrd
 exit 2
 err no output folder is given; add -o DIR
 
-$ omentum model ball.nrrd --sheet thicknes=8 -o none
+$ omentum model --no-bending ball.nrrd --sheet thicknes=8 -o none
 exit 2
 err unknown key "thicknes"; did you mean "thickness"\?
 
-$ omentum model ball.nrrd --sheet thickness=8,side=anteriour -q -o none
+$ omentum model --no-bending ball.nrrd --sheet thickness=8,side=anteriour -q -o none
 exit 3
 err did you mean "anterior"
 
-$ omentum model ball.nrrd --attach border -o none
+$ omentum model --no-bending ball.nrrd --attach border -o none
 exit 2
 err --attach needs --sheet
 
-$ omentum model ball.nrrd --edge 0 -o none
+$ omentum model --no-bending ball.nrrd --edge 0 -o none
 exit 2
 err --edge
 
-$ omentum model ball.nrrd --window 5,1 -q -o none
+$ omentum model --no-bending ball.nrrd --window 5,1 -q -o none
 exit 3
 err window: 5 to 1 is empty
 
-$ mkdir keep && echo mine > keep/notes.txt && omentum model ball.nrrd -q -o keep
+$ mkdir keep && echo mine > keep/notes.txt && omentum model --no-bending ball.nrrd -q -o keep
 exit 3
 err keep holds notes\.txt and no list \(\.omentum\) of what omentum wrote.*name another folder
 err-lines 1
 file keep/notes.txt
 
-$ touch file && omentum model ball.nrrd -q -o file/model
+$ touch file && omentum model --no-bending ball.nrrd -q -o file/model
 exit 3
 err-lines 1
 
-$ head -c 3000 ball.nrrd > cut.nrrd && omentum model cut.nrrd -q -o none
+$ head -c 3000 ball.nrrd > cut.nrrd && omentum model --no-bending cut.nrrd -q -o none
 exit 3
 err cut\.nrrd
 no-file none
 
-$ sed '/triangle/d;s/^[0-9.e+-]* [0-9.e+-]* [0-9.e+-]*$/nan 0 0/' /dev/null > empty.stl; omentum model empty.stl -q -o none
+$ sed '/triangle/d;s/^[0-9.e+-]* [0-9.e+-]* [0-9.e+-]*$/nan 0 0/' /dev/null > empty.stl; omentum model --no-bending empty.stl -q -o none
 exit 3
 err empty\.stl
 
@@ -66,49 +66,49 @@ out Examples:
 
 # A surface with a hole, one inside out.
 
-$ printf 'OFF\n4 3 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 2 1\n3 0 1 3\n3 0 3 2\n' > open.off; omentum model open.off -q -o none2
+$ printf 'OFF\n4 3 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 2 1\n3 0 1 3\n3 0 3 2\n' > open.off; omentum model --no-bending open.off -q -o none2
 exit 3
 err open\.off: the surface is open: 1 hole larger than 5\.2 mm \(10 % of the body\), the largest 30 mm across, of 3 edges, around \(15, 15, 15\) mm; close it .* \(--repair\)
 err-lines 1
 no-file none2
 
-$ printf 'OFF\n4 4 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n' > inward.off; omentum model inward.off --strict -q -o none2
+$ printf 'OFF\n4 4 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n' > inward.off; omentum model --no-bending inward.off --strict -q -o none2
 exit 3
 err inward\.off: the surface has 1 part inside out \(its triangles face inwards\), at .*; without --strict it is mended
 no-file none2
 
 # Not a number, inverted elements, surfaces that bound nothing: each names its file and where.
-$ printf 'v 0 0 0\nv 30 0 0\nv 0 nan 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' > nan.obj; omentum model nan.obj -q -o none2
+$ printf 'v 0 0 0\nv 30 0 0\nv 0 nan 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' > nan.obj; omentum model --no-bending nan.obj -q -o none2
 exit 3
 err nan\.obj: line 3: a coordinate is not finite
 err-lines 1
 no-file none2
 
-$ printf 'v 0 0 0\nv 30 0 0\nv 0 30 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 9\nf 2 3 4\n' > index.obj; omentum model index.obj -q -o none2
+$ printf 'v 0 0 0\nv 30 0 0\nv 0 30 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 9\nf 2 3 4\n' > index.obj; omentum model --no-bending index.obj -q -o none2
 exit 3
 err index\.obj: triangle 3 names vertex 9, the file has 4
 no-file none2
 
-$ printf 'OFF\n5 5 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n40 40 40\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 0 1 4\n' > fin.off; omentum model fin.off -q -o none2
+$ printf 'OFF\n5 5 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n40 40 40\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 0 1 4\n' > fin.off; omentum model --no-bending fin.off -q -o none2
 exit 3
 err fin\.off: 20 % of the triangles of the surface had to be dropped, turned or added, more than 10 %: .*--repair
 err-lines 1
 no-file none2
-$ omentum model fin.off --strict -q -o none2
+$ omentum model --no-bending fin.off --strict -q -o none2
 exit 3
 err fin\.off: the surface has 1 triangle of a fin or an inner wall, at \(23\.33, 13\.33, 13\.33\) mm
 no-file none2
-$ omentum model fin.off --strict --repair -q -o none2
+$ omentum model --no-bending fin.off --strict --repair -q -o none2
 exit 2
 err --repair and --strict exclude each other
 
-$ printf '# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 30 0 0 0 30 0 0 0 30\nCELLS 1 5\n4 0 2 1 3\nCELL_TYPES 1\n10\n' > inverted.vtk; omentum model inverted.vtk --strict -q -o none2
+$ printf '# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 30 0 0 0 30 0 0 0 30\nCELLS 1 5\n4 0 2 1 3\nCELL_TYPES 1\n10\n' > inverted.vtk; omentum model --no-bending inverted.vtk --strict -q -o none2
 exit 3
 err inverted\.vtk: tetrahedron 1 is inverted
 err-lines 1
 no-file none2
 
-$ gzip -c /dev/null > empty.nii.gz; omentum model empty.nii.gz -q -o none2
+$ gzip -c /dev/null > empty.nii.gz; omentum model --no-bending empty.nii.gz -q -o none2
 exit 3
 err empty\.nii\.gz: .*too early
 err-lines 1
@@ -124,38 +124,38 @@ $ PATH=/nowhere $OMENTUM model --list "a disc/DICOM/PAT0/IM1"
 exit 3
 err dcm2niix .* "a disc/DICOM/PAT0" 
 
-$ mkdir folder; omentum model folder -q -o none2
+$ mkdir folder; omentum model --no-bending folder -q -o none2
 exit 3
 err folder: its name ends in none of \.nii
 no-file none2
 
-$ omentum model ball.nrrd --sheet thickness=thick -o none2
+$ omentum model --no-bending ball.nrrd --sheet thickness=thick -o none2
 exit 2
 err --sheet: thickness: "thick" is not a number
 
-$ omentum model ball.nrrd --material young=3000,poisson=0.5 -q -o none2
+$ omentum model --no-bending ball.nrrd --material young=3000,poisson=0.5 -q -o none2
 exit 3
 err Poisson's ratio 0.5 must be
 no-file none2
 
 # What a model takes, a simulation takes as well: its laws know no negative ratio.
-$ omentum model ball.nrrd --material young=3000,poisson=-0.2 -q -o none2
+$ omentum model --no-bending ball.nrrd --material young=3000,poisson=-0.2 -q -o none2
 exit 3
 err Poisson's ratio -0.2 must be
 no-file none2
 
-$ omentum model ball.nrrd --edge 0.05 -q -o none2
+$ omentum model --no-bending ball.nrrd --edge 0.05 -q -o none2
 exit 3
 err million tetrahedra.*use a larger edge
 no-file none2
 
 # A folder that cannot be made; a file that cannot grow: as on a full disk; nobody reads what is printed.
-$ omentum model ball.nrrd -q -o /proc/none
+$ omentum model --no-bending ball.nrrd -q -o /proc/none
 exit 3
 err /proc/none.*cannot make the folder
 err-lines 1
 
-$ ulimit -f 4; omentum model ball.nrrd -e 5 -q -o none2
+$ ulimit -f 4; omentum model --no-bending ball.nrrd -e 5 -q -o none2
 exit 3
 err none2/.*: cannot write: File too large
 err-lines 1
@@ -163,13 +163,13 @@ no-file none2
 $ ls -A | grep '^\.'
 exit 1
 
-$ omentum model ball.nrrd -e 5 -q -o told > /dev/full
+$ omentum model --no-bending ball.nrrd -e 5 -q -o told > /dev/full
 exit 4
 err standard output: cannot write: No space left on device; output files are complete
 err-lines 1
 file told/patient.yaml
 
 # Ctrl-C: one sentence, nothing half-written, the older model as it was.
-$ omentum model ball.nrrd -l 7 -e 0.7 -q -o told & pid=$!; sleep 0.3; kill -INT $pid; wait $pid; code=$?; test -s told/patient.yaml && exit $code
+$ omentum model --no-bending ball.nrrd -l 7 -e 0.7 -q -o told & pid=$!; sleep 0.3; kill -INT $pid; wait $pid; code=$?; test -s told/patient.yaml && exit $code
 exit 130
 err nothing was written

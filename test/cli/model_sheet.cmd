@@ -20,13 +20,13 @@ $ omentum model --no-bending ball/organ.ply --unit m --edge 6 -q -o surface
 exit 0
 file surface/tissue.vtu
 
-$ omentum model --list ball/tissue.vtu
+$ omentum model --no-bending --list ball/tissue.vtu
 exit 0
 out ^ball/tissue\.vtu: \d+ tetrahedra, \d+ vertices
 out ^unit 1000 mm \(stated by the file\), RAS \(stated by the file\)
 out ^ +0 +\d+ +\d+\.\d+|^ +7 +\d+ +\d+\.\d+
 out ^set underside: \d+ vertices
-$ omentum model --list ball/organ.ply --unit cm --space lps
+$ omentum model --no-bending --list ball/organ.ply --unit cm --space lps
 exit 0
 out triangles, \d+ vertices in 1 part, closed
 out ^unit 10 mm \(as was told\), LPS \(as was told\)
