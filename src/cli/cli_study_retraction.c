@@ -45,24 +45,8 @@ static OmStatus read_part(const char* name, int* parts) {
             return OM_OK;
         }
     const char* near = om_nearest_word(name, part, n);
-    return om_error(OM_INVALID, "--part \"%s\" is unknown%s%s", name, near ? "; did you mean " : "",
-                    near ? near : "");
-}
-
-// Before any work: a draw, and the table for its result.
-static OmStatus read_draw(const OmCliArgs* args, char* table, size_t size,
-                          OmStudyRetractionDef* def) {
-    const char *word = om_cli_get(args, "--seed"), *file = om_cli_get(args, "--draws");
-    char root[1024];
-    int number = 1;
-    OM_TRY(om_cli_int(args, "--draw", &number));
-    if (!word || strcmp(word, "development") == 0)
-        return om_study_draw_read(word, number, NULL, &def->draw);
-    OM_TRY(om_study_draw_root(root, sizeof root));
-    OM_TRY(om_study_draw_read(word, number, root, &def->draw));
-    OM_TRY(om_study_draw_table(file, root, table, size));
-    def->draws = table;
-    return OM_OK;
+    return om_error(OM_INVALID, "--part \"%s\" is unknown; %s%s", name, near ? "did you mean " : "",
+                    near ? near : "--help has the parts");
 }
 
 static OmStatus read_def(const OmCliArgs* args, OmStudyRetractionDef* def) {
@@ -127,7 +111,8 @@ int om_cli_study_retraction(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyRetractionDef def = om_study_retraction_default_def(om_cli_get(&args, "--output"));
     char table[1024];
-    if (read_def(&args, &def) < 0 || read_draw(&args, table, sizeof table, &def) < 0)
+    if (read_def(&args, &def) < 0 ||
+        om_cli_study_draw(&args, &def.draw, table, sizeof table, &def.draws) < 0)
         return om_cli_usage("study");
     om_log_set_sink(NULL, NULL);  // warnings of single runs are in their reports
     OmStudyRetractionSummary summary;

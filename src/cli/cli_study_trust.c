@@ -30,20 +30,6 @@ static const OmCliKey result_key[] = {
     {"processor_ms", "processor time of an update, median"},
 };
 
-// Before any work: a draw, and the table for its result.
-static OmStatus read_draw(const OmCliArgs* args, char* table, size_t size, OmStudyTrustDef* def) {
-    const char *word = om_cli_get(args, "--seed"), *file = om_cli_get(args, "--draws");
-    char root[1024];
-    int number = 1;
-    OM_TRY(om_cli_int(args, "--draw", &number));
-    if (!word || strcmp(word, "development") == 0) return OM_OK;
-    OM_TRY(om_study_draw_root(root, sizeof root));
-    OM_TRY(om_study_draw_read(word, number, root, &def->draw));
-    OM_TRY(om_study_draw_table(file, root, table, size));
-    def->draws = table;
-    return OM_OK;
-}
-
 static OmStatus read_def(const OmCliArgs* args, OmStudyTrustDef* def) {
     int npositional;
     OM_TRY(om_cli_check(args, 0, &npositional));
@@ -86,7 +72,8 @@ int om_cli_study_trust(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyTrustDef def = om_study_trust_default_def(om_cli_get(&args, "--output"));
     char table[1024];
-    if (read_def(&args, &def) < 0 || read_draw(&args, table, sizeof table, &def) < 0)
+    if (read_def(&args, &def) < 0 ||
+        om_cli_study_draw(&args, &def.draw, table, sizeof table, &def.draws) < 0)
         return om_cli_usage("study");
     om_log_set_sink(NULL, NULL);  // a wrong acquisition may warn
     OmStudyTrustSummary summary;

@@ -1,25 +1,26 @@
 // trial_calibrate.c: the force threshold of a scene, from the forces of its retractions (6.5.1).
 //
 // The twin tries every block of every layout from rest, without a force limit: a lift to the height limit; then, if
-// the ROI is still hidden, a fold away from the camera and, again from the height limit, a fold towards the ROI. The
-// largest pull of the three is a sample; the threshold is twice the median of the samples of free tissue. Grasps above
-// an attachment, which the planner does not choose, are counted apart. Motions are SPEED_UP times as fast as those of
-// the task. A motion ends at CAP times the scene's threshold: larger forces do not change a median below this value,
-// and a median above it is an error.
+// the ROI is still hidden, a fold away from the camera; then, from the height limit again, a fold towards the ROI. As
+// in a run, a motion ends where the ROI is seen, and none follows. The largest pull is a sample; the threshold is twice
+// the median of the samples of free tissue. Grasps above an attachment, which the planner does not choose, are counted
+// apart. Motions are SPEED_UP times as fast as those of the task. A motion ends at CAP times the scene's threshold:
+// larger forces do not change a median below this value, and a median above it is an error.
 //
 // The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
 // attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth, until the twin's pull is above the
 // threshold. The arms act at a limit L: they slow down from three quarters of L on, stand still above it, and feel the
-// twin's pull. A motion on the truth ends at CAP times the threshold, and the rest of its instants bear that pull.
-// L is the largest for which the truth stays below the threshold in 95 % of the instants at which the
-// twin's pull is between 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
+// twin's pull. A motion on the truth ends at CAP times the threshold, and the rest of its instants bear that pull. L is
+// the largest for which the truth stays below the threshold in 95 % of the instants at which the twin's pull is between
+// 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
 // The modulus of real tissue is not known: the truths may have those of a range, even in their logarithm over layouts.
 // Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
 // pull of the truth is four to seven times as large. The twin's layouts run in parallel, one thread each, then the
 // truth's grasps, of which one takes a minute; results are sorted by layout and block.
 //
 // Rejected: the 95 % quantile of truth less twin while the twin is between half the threshold and the threshold, where
-// the arms never pull; to repeat motions on the truth beyond the threshold: crumpled, it took 20 minutes for a layout.
+// the arms never pull; to repeat motions on the truth beyond the threshold: crumpled, it took 20 minutes for a layout;
+// lifts to the height limit and folds though the ROI is seen: pulls twice as large as a run's.
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -104,7 +105,7 @@ static OmStatus try_grasp(Trial* twin, int block, double* largest, Trace* trace)
     OmStatus status = OM_OK;
     OM_TRY_DONE(om__trial_lift(twin, cap, &course));
     *largest = course.force;
-    if (course.is_stopped || course.visibility >= twin->scene.task.visibility) goto done;
+    if (course.is_stopped || course.is_enough) goto done;
     lifted = om_alloc(1, om_body_state_size(twin->body));
     OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
     om_body_save(twin->body, lifted);
@@ -113,6 +114,7 @@ static OmStatus try_grasp(Trial* twin, int block, double* largest, Trace* trace)
         TrialResult c = {.tip = course.tip, .trace = trace ? &trace[1 + k] : NULL};
         OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
         *largest = fmax(*largest, c.force);
+        if (c.is_enough) break;
     }
 done:
     om_free(lifted);
@@ -126,6 +128,7 @@ static OmStatus run_twin(Calibration* c, int layout) {
     twin->tick = tick;
     twin->tick_ctx = c;
     twin->speed = SPEED_UP * c->scene->task.speed;
+    twin->enough = c->scene->task.visibility + c->scene->task.visibility_margin;
     for (int b = 0, nfree = layout; status >= 0 && b < c->nblock; ++b) {
         Sample* s = &c->sample[layout * c->nblock + b];
         s->largest = -1;

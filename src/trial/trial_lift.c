@@ -18,6 +18,7 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
     t->scene = *scene;
     t->scene.seed = seed;
     t->speed = scene->task.speed;
+    t->enough = INFINITY;
     OmSite twin = {0};  // grasping points are vertices of the twin, also in trials on the truth
     OmStatus status = om_site_build(&t->scene, role, NULL, &t->site);
     if (status < 0) goto done;
@@ -114,13 +115,14 @@ OmStatus om__trial_replay(Trial* t, int n, const OmVec3* tip, double most, doubl
     return OM_OK;
 }
 
-// Move the tip straight by `length` m, then keep it still for `rest` s. The force limit ends the motion early.
+// Move the tip straight by `length` m, then keep it still for `rest` s. The force limit ends the motion early, and so
+// does a view of enough.
 static OmStatus move(Trial* t, OmVec3 direction_task, double length, double rest,
                      double force_limit, TrialResult* c) {
     OmVec3 direction = om_quat_rotate(t->grid.task.q, direction_task);
     double dt = t->scene.task.time_step, time = length / t->speed, now, gone = 0;
     OmVec3 from = c->tip;
-    c->is_stopped = false;
+    c->is_stopped = c->is_enough = false;
     int nstep = 0;
     for (double s = dt; s <= time + rest + 0.5 * dt; s += dt) {
         gone = fmin(s, time) * t->speed;
@@ -129,11 +131,12 @@ static OmStatus move(Trial* t, OmVec3 direction_task, double length, double rest
         OM_TRY(step(t, c->tip, &force));
         c->force = fmax(c->force, force);
         if (c->trace) OM_TRY(om__trace_add(c->trace, c->tip, force));
-        if (++nstep % LOOK_EVERY == 0) OM_TRY(look(t, c, &now));
-        if (force > force_limit) {
-            c->is_stopped = true;
-            break;
+        if (++nstep % LOOK_EVERY == 0) {
+            OM_TRY(look(t, c, &now));
+            c->is_enough = now >= t->enough;
         }
+        c->is_stopped = force > force_limit;
+        if (c->is_stopped || c->is_enough) break;
     }
     c->length += gone;
     return OM_OK;
@@ -159,11 +162,12 @@ OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, TrialResu
     OM_TRY(move(t, direction, length - FOLD_STEP, 0, force_limit, c));
     OM_TRY(look(t, c, &now));
     do {
-        if (c->is_stopped) return OM_OK;
+        if (c->is_stopped || c->is_enough) return OM_OK;
         before = now;
         OM_TRY(move(t, direction, FOLD_STEP, 0, force_limit, c));
         OM_TRY(look(t, c, &now));
-    } while (now >= before + FOLD_GAIN);
+    } while (now >= before + FOLD_GAIN && !c->is_enough);
+    if (c->is_enough) return OM_OK;
     return move(t, direction, 0, REST_TIME, force_limit, c);
 }
 

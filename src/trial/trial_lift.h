@@ -11,9 +11,10 @@ typedef struct Trial {
     OmBody* body;
     OmView* view;
     Grid grid;
-    void* rest;                   // the settled state
-    double speed;                 // m/s, of the tip; default: the task's
-    int arm;                      // that grasps and moves; default 0
+    void* rest;     // the settled state
+    double speed;   // m/s, of the tip; default: the task's
+    double enough;  // share of the ROI seen that ends a lift or fold; default infinity
+    int arm;        // that grasps and moves; default 0
     OmStatus (*tick)(void* ctx);  // called before each step; below 0 ends the trial; may be null
     void* tick_ctx;
 } Trial;
@@ -25,6 +26,7 @@ typedef struct TrialResult {
     double visibility;  // largest share of the ROI seen
     double length;      // m covered
     bool is_stopped;    // the force limit ended the last motion
+    bool is_enough;     // or it ended as enough of the ROI was seen
     Trace* trace;       // filled if not null
 } TrialResult;
 

@@ -44,3 +44,13 @@ err only random pairs and alarms
 $ omentum study retraction --part random --seed HEAD -o out
 exit 2
 err none of development, here, a commit
+
+$ omentum study retraction --part random --draw 2 -q -o none
+exit 2
+err --draw and --draws are of cases that are drawn: give --seed here, a commit or a hash, too
+err-lines 1
+no-file none
+
+$ omentum study retraction --part randon -q -o none
+exit 2
+err --part "randon" is unknown; did you mean random

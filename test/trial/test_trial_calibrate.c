@@ -5,9 +5,12 @@
 #include "trial/trial_lift.h"
 
 // Without weight the pull of the truth is in proportion to its modulus, at every instant of lift and folds.
-static void calibrate(double young_factor, const double young[2], OmForceCalibration* c) {
+static OmStatus calibrate_seen(double visibility, double young_factor, const double young[2],
+                               OmForceCalibration* c) {
     OmScene s = easy_scene();
+    s.task.visibility = visibility;
     s.tissue.density = 1;
+
     s.tissue.cells = om_vec3(6, 6, 1);
     s.tissue.world_cells = om_vec3(9, 9, 1);
     s.world.young_factor = young_factor;
@@ -16,7 +19,12 @@ static void calibrate(double young_factor, const double young[2], OmForceCalibra
     s.task.speed = 0.2;
     s.task.max_height = 0.02;
     s.task.retract = 0.08;
-    assert_ok(om_retract_calibrate_force(&s, young, 1, 1, NULL, c));
+    return om_retract_calibrate_force(&s, young, 1, 1, NULL, c);
+}
+
+// No motion ends as the ROI is seen.
+static void calibrate(double young_factor, const double young[2], OmForceCalibration* c) {
+    assert_ok(calibrate_seen(1.5, young_factor, young, c));
 }
 
 static void a_stiffer_truth_bears_more(void** state) {
@@ -40,6 +48,16 @@ static void a_stiffer_truth_bears_more(void** state) {
     assert_near(soft.threshold, stiff.threshold, 0);  // of the twin alone
     assert_true(soft.npair >= 10 && stiff.npair >= 10);
     assert_true(stiff.margin > soft.margin && stiff.more_median > soft.more_median);
+}
+
+// A run ends its motions where the ROI is seen, so it pulls less: too little here to tell of the truth.
+static void motions_end_where_the_roi_is_seen(void** state) {
+    (void)state;
+    OmForceCalibration seen, all;
+    calibrate(1, NULL, &all);
+    assert_status(calibrate_seen(0.1, 1, NULL, &seen), OM_INVALID);
+    print_message("epsilon %g N, without an end %g N\n", seen.threshold, all.threshold);
+    assert_true(seen.threshold < 0.95 * all.threshold && seen.nrun == all.nrun);
 }
 
 // The truth bears 1.6 times as much, at each of 1,000 pulls up to the threshold: of the pulls between 3/4 L and L
@@ -93,6 +111,7 @@ static void a_motion_ends_at_a_pull(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stiffer_truth_bears_more),
+        cmocka_unit_test(motions_end_where_the_roi_is_seen),
         cmocka_unit_test(the_limit_keeps_the_truth_below_the_threshold),
         cmocka_unit_test(a_motion_ends_at_a_pull),
     };
