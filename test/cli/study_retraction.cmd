@@ -39,7 +39,7 @@ file out/alarm-3001-0123456789abcdef-3-defras.bin
 
 $ omentum study retraction --part scenarios --seed development -q -o out
 exit 3
-err only random pairs and alarms
+err only random pairs, their ablations and alarms have other seeds
 
 $ omentum study retraction --part random --seed HEAD -o out
 exit 2
