@@ -33,11 +33,10 @@
 #define WORLD_SEED 650207
 #define MAX_ATTEMPT 50
 #define MAX_HIDDEN 0.2  // share of the ROI seen at rest, at most
-#define EPSILON 1.32    // N
+#define EPSILON 1.59    // N
 #define FRICTION 0.2
 #define PART_LIMIT_1 0.006  // m
 #define PART_LIMIT_2 0.012  // m
-#define MARGIN 0.49         // N
 #define TOOL_NOISE \
     (0.0017 / 1.596)  // m: 1.7 mm mean length of a tool error (6.5.3), normal along each axis
 // Laboratory: the same calibration of the silicone sheet.
@@ -93,7 +92,6 @@ static OmScene sheet_scene(const RetractionCase* c) {
     s.monitor.part_limit[1] = PART_LIMIT_2;
     s.world.poisson = 0.42;
     s.task.force_threshold = EPSILON;
-    s.task.force_margin = MARGIN;
     if (c->is_quick) make_quick(&s.task);
     return s;
 }

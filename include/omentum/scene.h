@@ -199,7 +199,7 @@ typedef struct OmSceneWorld {  // settings of the simulated world that the twin 
 
 typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points, 2 to OM_SCENE_MAX_GRID; default 5
-    // epsilon of Alg. 4, N; calibrated for each scene. Default 1.32, the sheet's.
+    // epsilon of Alg. 4, N; calibrated for each scene. Default 1.59, the sheet's.
     double force_threshold;
     // The arms slow down and stop by the twin's force; default true. False: no force limit, for twins whose engine has
     // no forces in newtons (OM_ENGINE_FORCES).

@@ -60,7 +60,7 @@ OmScene om_scene_default(void) {
                              .grip_friction = -1,
                              .grip_force = 8};
     s.task = (OmSceneTask){.grid = 5,
-                           .force_threshold = 1.32,
+                           .force_threshold = 1.59,
                            .watch_force = true,
                            .max_height = 0.05,
                            .pull_step = 0.01,

@@ -290,7 +290,7 @@ static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
                   "even where the twin bears a tenth of it; or there are fewer than %d instants: "
                   "take more layouts",
                   om_scene_label(c->scene), out->threshold, MIN_INSTANTS);
-    out->margin = out->threshold - limit;
+    out->margin = fmax(0, out->threshold - limit);  // all of it: no rounding below 0
     out->npair = take_truth(n, twin, truth, limit, true, scratch);
     out->more_median = quantile(scratch, out->npair, 0.5);
 done:
