@@ -74,9 +74,10 @@ const OmCliVerb om_cli_verb_calibrate_force = {
     .summary = "measure the force threshold and margin of a scene (thesis, 6.5.1)",
     .usage = "omentum calibrate-force SCENE.yaml [options]",
     .about =
-        "Pulls at every block of many layouts, until the ROI is seen, and prints force_threshold, twice the median\n"
-        "of the largest pulls of free tissue, and force_margin, as the scene's `task:` has them. Grasps above\n"
-        "attachments are counted apart. The margin is for the modulus of the scene's simulated truth; with --young, for a range of moduli.",
+        "Pulls at every block of many layouts, until the ROI is seen, and prints force_threshold, twice the\n"
+        "median of the largest pulls of free tissue, and force_margin, as the scene's `task:` has them. Grasps\n"
+        "above attachments are counted apart. The margin is for the modulus of the scene's simulated truth;\n"
+        "with --young, for a range of moduli.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum calibrate-force scenes/sheet.yaml\n"
