@@ -10,14 +10,14 @@
 extern "C" {
 #endif
 
-/// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is grasped by the
-/// twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured forces ignored; as in a run
-/// a motion ends where the ROI is seen. Epsilon is twice the median of the largest pull of each grasp. A quarter of the
-/// grasps of free tissue is repeated on the simulated truth, until the twin's pull is above the threshold. The arms act
-/// at the limit, the threshold less the margin: the largest for which the truth stays below the threshold in 95 % of the
-/// instants at which the twin's pull is between three quarters of the limit, where motions slow down, and the limit.
-/// Steps of the truth that are not right do not count, nor what follows ten of them in a row. A motion of the twin ends
-/// at twice the scene's threshold, one of the truth at twice the measured one.
+/// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is grasped by
+/// the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured forces ignored; as in
+/// a run a motion ends where the ROI is seen. Epsilon is twice the median of the largest pull of each grasp. A quarter
+/// of the grasps of free tissue is repeated on the simulated truth, until the twin's pull is above the threshold. The
+/// arms act at the limit, the threshold less the margin: the largest for which the truth stays below the threshold in
+/// 95 % of the instants at which the twin's pull is between three quarters of the limit, where motions slow down, and
+/// the limit. Steps of the truth that are not right do not count, nor what follows ten of them in a row. A motion of
+/// the twin ends at twice the scene's threshold, one of the truth at twice the measured one.
 typedef struct OmForceCalibration {
     int nrun;                                            // grasps that held free tissue
     double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls
