@@ -41,7 +41,8 @@ COARSE = {  # lines of a notebook, and cheaper ones; from the first one on the n
                            ("width=400, height=270", "width=200, height=135"), ("stand = 0.02, 2.0, 0.6 ", "stand = 0.02, 0.12, 0.04 "),
                            ("way = 0.040 * patient.up + 0.015 *", "way = 0.0024 * patient.up + 0.0009 *"),
                            ('law="stable-neo-hookean",', 'law="stable-neo-hookean", element="linear",')],
-    "3_attachments_from_depth": [("scene.seed = 203", f"scene.seed = 203\nscene.{LINEAR}\nscene.{LINEAR_TRUTH}")],
+    "3_attachments_from_depth": [("scene.seed = 203", f"scene.seed = 203\nscene.{LINEAR}\nscene.{LINEAR_TRUTH}\n"
+                                 "scene.tissue.cells = (12, 12, 1)")],
 }
 
 
