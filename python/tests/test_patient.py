@@ -1,5 +1,5 @@
 """Volumes, meshes and patient models: against volumes computed by hand, files and other libraries."""
-# PARTS 3
+# PARTS 4
 import ctypes
 import functools
 import json
