@@ -2,7 +2,7 @@
 //
 // The sheet of 6.4.7 and 6.5.1 as scenes/belief.yaml has it, 120 x 120 x 5 mm on a board: 256 shells in the twin, 1,176
 // quadratic tetrahedra in the world with 0.85 of the modulus and Poisson's ratio 0.42 instead of 0.45; friction 0.2 in
-// both. Epsilon and margin are those of that scene. The world of a random pair differs in more: vary_world.
+// both. Epsilon is that of the scene. The world of a random pair differs in more, and the margin is larger: vary_world.
 //
 // Draws: number `index` and attempt `a` use om_rng_init(DRAW_SEED, 1000 index + a): the seed of the patch, the believed
 // share b of the underside in [0.1, 0.3], a ratio of true over believed attachments in [0.2, 0.6] and one in [1.4, 1.6]

@@ -14,9 +14,8 @@
 // the largest for which the truth stays below the threshold in 95 % of the instants at which the twin's pull is between
 // 3/4 L and L, and the truth's step is right; the margin is the threshold less L.
 // The modulus of real tissue is not known: the truths may have those of a range, even in their logarithm over layouts.
-// Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
-// pull of the truth is four to seven times as large. The twin's layouts run in parallel, one thread each, then the
-// truth's grasps, of which one takes a minute; results are sorted by layout and block.
+// The twin's layouts run in parallel, one thread each, then the truth's grasps, of which one takes a minute; results
+// are sorted by layout and block.
 //
 // Rejected: the 95 % quantile of truth less twin while the twin is between half the threshold and the threshold, where
 // the arms never pull; to repeat motions on the truth beyond the threshold: crumpled, it took 20 minutes for a layout;
@@ -201,7 +200,7 @@ static OmStatus list_grasps(Calibration* c) {
     int ngrasp = 0;
     for (int i = 0; i < n; ++i) ngrasp += c->sample[i].trace[0].n > 0;
     c->grasp = om_calloc((size_t)ngrasp, sizeof *c->grasp);
-    OM_CHECK(c->grasp, OM_NO_MEMORY, "out of memory for %d grasps", ngrasp);
+    if (!c->grasp) return OM_NO_MEMORY;
     for (int i = 0; i < n; ++i)
         if (c->sample[i].trace[0].n > 0)
             c->grasp[c->ngrasp++] = (Grasp){.layout = i / c->nblock, .block = i % c->nblock};

@@ -55,10 +55,10 @@ OmStatus om__trial_second_fold(Trial* trial, OmPlanVerb verb, OmVec3 lifted, dou
                                TrialResult* course);
 // Keep the tip still; `least` receives the smallest share of the ROI seen meanwhile.
 OmStatus om__trial_hold(Trial* trial, double seconds, double* least, TrialResult* course);
+#define TRIAL_WRONG 10
 // Bring the tip to n places, a step each; `force` receives the pull at each, N, NaN where the step is not right. The
 // motion is over where the pull exceeds `most`, N: the rest of `force` is that pull; or after TRIAL_WRONG steps in a
 // row that are not right (tissue is jammed in a fold, such a step takes seconds): the rest is NaN.
-#define TRIAL_WRONG 10
 OmStatus om__trial_replay(Trial* trial, int n, const OmVec3* tip, double most, double* force,
                           bool* is_over);
 
