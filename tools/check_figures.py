@@ -169,19 +169,46 @@ class Figures:
             return "the clone is shallow"
         return None
 
+    def read_log(self):
+        """The commits of HEAD, newest first: {hash: (parents, "HASH subject", paths)}. One call of git for all markers."""
+        self.log = {}
+        for entry in (self.git("log", "--format=%x00%H %P%n%h %s", "--name-only", "--no-renames") or "").split("\0")[1:]:
+            head, title, *paths = entry.strip("\n").split("\n")
+            commit, *parents = head.split()
+            self.log[commit] = (parents, title, [path for path in paths if path])
+
+    def since(self, name):
+        """The commits of HEAD that commit `name` does not have, newest first; None if it is not in the history."""
+        found = [commit for commit in self.log if commit.startswith(name)]
+        if len(found) != 1:
+            return None
+        before, todo = set(), found
+        while todo:
+            commit = todo.pop()
+            if commit not in before:
+                before.add(commit)
+                todo += self.log[commit][0]
+        return [commit for commit in self.log if commit not in before]
+
     def changes(self, marker):
         """The commits that changed the code of a marker since, newest first; an error if a commit is unknown."""
         for commit in (marker.commit, marker.same):
-            if commit and self.git("merge-base", "--is-ancestor", commit, "HEAD") is None:
+            if commit and self.since(commit) is None:
                 self.error(marker.path, marker.line, f"commit {commit} is not in the history")
                 return []
-        log = self.git("log", "--format=%h %s", f"{marker.same or marker.commit}..HEAD", "--", *marker.code)
-        return log.split("\n") if log else []
+
+        def is_code(path):
+            return any(path == code.rstrip("/") or path.startswith(code.rstrip("/") + "/") for code in marker.code)
+
+        return [self.log[commit][1] for commit in self.since(marker.same or marker.commit)
+                if any(is_code(path) for path in self.log[commit][2])]
 
 
 def report(figures, is_all):
     """The text of the list."""
     lines, nold, why = [], 0, figures.history()
+    if not why:
+        figures.read_log()
     if why:
         lines.append(f"{why}: the age of figures is not known, only the form of markers was checked")
     for marker in figures.markers if not why else []:
