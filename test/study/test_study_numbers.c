@@ -32,6 +32,8 @@ static void make_truth(Made* m, int l) {
         at->depth = m->def.depth[d];
         at->fine = om_madd(lesion->center, -0.8 * at->depth, lesion->normal);
         at->coarse = om_madd(at->fine, 0.00025, lesion->along);
+        at->contour = om_madd(om_madd(lesion->center, lesion->radius, lesion->normal),
+                              -0.8 * at->depth, lesion->normal);
         at->force = 2 + d;
         at->coarse_force = 0.9 * at->force;
         at->sink = -4e-5;
@@ -130,6 +132,8 @@ static void test_score(void** unused) {
     for (int d = 0; d < D; ++d) {
         assert_int_equal(s->by_depth[M][d].n, NLESION);
         assert_near(s->by_depth[M][d].mean, 0.2 * 1e3 * m->def.depth[d], 1e-9);
+        for (int l = 0; l < NLESION; ++l)
+            assert_near(om__study_contour_error(&m->study, M, l, d), 0.2 * m->def.depth[d], 1e-12);
     }
     // At the last depth the finest mesh has lesion 1 alone.
     for (int method = 0; method < M; ++method) {

@@ -6,8 +6,8 @@ enum { NX = 4, NY = 2, NZ = 2 };
 #define G 1.0  // m/s^2: soft blocks of 80 mm hang down
 
 /// Two blocks of 40 x 20 x 20 mm end to end, the first held at x = 0; bonds at the vertices of the faces between them.
-/// The second block has another mesh, `nz` cells high.
-static void rig_joined(TestRig* r, double stiffness, int nz, OmTissueElement element) {
+/// The second block has another mesh, `nz` cells high. Without a state yet.
+static void rig_make_joined(TestRig* r, double stiffness, int nz, OmTissueElement element) {
     static OmTissueBond bond[100];
     OmTetMesh more, first;
     int vert[100], nbond = 0;
@@ -25,6 +25,10 @@ static void rig_joined(TestRig* r, double stiffness, int nz, OmTissueElement ele
     r->def.element = element;
     r->def.gravity = om_vec3(0, 0, -G);
     rig_attach_plane(r, 0, 0);
+}
+
+static void rig_joined(TestRig* r, double stiffness, int nz, OmTissueElement element) {
+    rig_make_joined(r, stiffness, nz, element);
     rig_start(r);
 }
 
@@ -123,6 +127,42 @@ static void test_turning_and_momentum(void** state) {
     rig_done(&r);
 }
 
+// Without weight two free, stiff blocks swing against each other as two masses on a spring, in steps of implicit Euler:
+// v' (1 + h a + h^2 w^2) = v - h w^2 u, u' = u + h v'.
+static void test_two_masses_swing(void** state) {
+    (void)state;
+    TestRig r;
+    rig_make_joined(&r, 2, 2, OM_ELEMENT_LINEAR);
+    r.def.gravity = om_vec3(0, 0, 0);
+    r.def.material_default.young = 3e5;
+    rig_start(&r);
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 0, NULL, NULL, NULL));
+    const double mass = 1000 * 0.04 * 0.02 * 0.02, h = 0.01, a = r.def.rayleigh_mass;
+    const double square = 2 * r.def.nbond / (0.5 * mass);  // w^2
+    const int n = om_tissue_corner_count(r.m), first = n / 2;
+    double *x = om_calloc(3 * (size_t)n, sizeof *x), *v = om_calloc(3 * (size_t)n, sizeof *v);
+    for (int i = 0; i < n; ++i) {
+        om_store3(x, i, om_load3(om_tissue_mesh(r.m)->x, i));
+        v[3 * i] = i < first ? -0.01 : 0.01;
+    }
+    assert_ok(om_tissue_set_x(r.m, r.s, x, v));
+    double u = 0, speed = 0.02, most = 0;
+    for (int step = 0; step < 40; ++step) {
+        assert_ok(om_tissue_step(r.m, r.s, r.w, h, NULL));
+        speed = (speed - h * square * u) / (1 + h * a + h * h * square);
+        u += h * speed;
+        most = fmax(most, u);
+        double apart = 0;
+        for (int i = 0; i < n; ++i)
+            apart += (i < first ? -1 : 1) * (om_tissue_x(r.s)[3 * i] - x[3 * i]) / first;
+        assert_near(apart, u, 0.01 * most);
+    }
+    assert_true(u < 0.5 * most);  // it came back
+    om_free(x);
+    om_free(v);
+    rig_done(&r);
+}
+
 static void test_what_is_refused(void** state) {
     (void)state;
     TestRig r;
@@ -160,6 +200,7 @@ int main(void) {
         cmocka_unit_test(test_two_joined_blocks_bend_as_one),
         cmocka_unit_test(test_bonds_carry_the_weight),
         cmocka_unit_test(test_turning_and_momentum),
+        cmocka_unit_test(test_two_masses_swing),
         cmocka_unit_test(test_what_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
