@@ -61,8 +61,8 @@ static void test_log_odds(void** state) {
     assert_near(om__match_logit(1), log(49), 1e-14);
 }
 
-// Of the sets above a level, the one with the largest expected Dice coefficient. Areas 1, 1, 2 with 0.9, 0.5, 0.3 and a sum
-// of p of 2: the first alone has 2 x 0.9 / (1 + 2) = 0.6, the first two 0.7, all three 0.667.
+// Of the sets above a level, the one with the largest expected Dice coefficient. Areas 1, 1, 2 with 0.9, 0.5, 0.3 and a
+// sum of p of 2: the first alone has 2 x 0.9 / (1 + 2) = 0.6, the first two 0.7, all three 0.667.
 static void test_level(void** state) {
     (void)state;
     double area[3] = {1, 1, 2}, p[3] = {0.9, 0.5, 0.3};
