@@ -71,6 +71,7 @@ typedef struct Seen {
     bool has_parts;
     OmWorld* world;
     int ndoubt, nrest;  // doubts; vertices still attached after the last one
+    int nhand;          // of these below the block in hand
     int nfirst;         // doubts of the first belief
     int naction;        // when it began
 } Seen;
@@ -103,10 +104,15 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     ++s->ndoubt;
     s->nfirst +=
         strcmp(event->reason, "the attachments that were believed before the operation") == 0;
-    s->nrest = 0;
+    s->nrest = s->nhand = 0;
     s->naction = om_loop_result(loop)->naction;
     for (int v = 0; v < event->estimate->nvert; ++v) {
+        const Belief* b = &loop->belief;
+        const OmVec3 x = om_load3(om_body_site(b->twin)->mesh.x, v);
+        const int block = b->act->arm[0].in_hand;
+        const bool is_below = block >= 0 && om__grid_loads(b->grid, block, x);
         s->nrest += event->estimate->attached[v];
+        s->nhand += event->estimate->attached[v] && is_below;
         assert_true(event->was_attached[v] || !event->estimate->attached[v]);
     }
     return OM_OK;

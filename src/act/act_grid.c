@@ -68,17 +68,16 @@ double om__grid_length(const Grid* g, double fraction) {
     return fraction * 2 * fmin(g->half.x, g->half.y);
 }
 
-// The block is above an attachment, or nearer to one than ATTACHMENT_DISTANCE: a pull there would load the attachment.
+bool om__grid_loads(const Grid* grid, int block, OmVec3 p_world) {
+    OmVec3 c = om_load3(grid->center, block), p = om__to_task(grid, p_world);
+    double clear = om__grid_length(grid, ATTACHMENT_DISTANCE);
+    return block_of(grid, p) == block || hypot(p.x - c.x, p.y - c.y) < clear;
+}
+
 bool om__grid_is_fixed_by(const Grid* grid, const OmTetMesh* mesh, const unsigned char* attached,
                           int block) {
-    OmPose task = om_pose_inverse(grid->task);
-    OmVec3 c = om_load3(grid->center, block);
-    double clear = om__grid_length(grid, ATTACHMENT_DISTANCE);
-    for (int i = 0; i < mesh->nvert; ++i) {
-        if (!attached[i]) continue;
-        OmVec3 p = om_pose_apply(task, om_load3(mesh->x, i));
-        if (block_of(grid, p) == block || hypot(p.x - c.x, p.y - c.y) < clear) return true;
-    }
+    for (int i = 0; i < mesh->nvert; ++i)
+        if (attached[i] && om__grid_loads(grid, block, om_load3(mesh->x, i))) return true;
     return false;
 }
 

@@ -34,6 +34,8 @@ int om__grid_block_of(const Grid* grid, OmVec3 p_world);  // the nearest for a p
 bool om__grid_has(const Grid* grid, int block, OmVec3 p_task);
 double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
+// A pull at the block would load an attachment at the place p: it lies below the block, or near its middle.
+bool om__grid_loads(const Grid* grid, int block, OmVec3 p_world);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
 // The same with attachments `attached` (nvert).
 bool om__grid_is_fixed_by(const Grid* grid, const OmTetMesh* mesh, const unsigned char* attached,

@@ -45,12 +45,10 @@ static bool must_look(const AfterEvidence* e) {
     return is_pull && !e->has_dragged && !e->continues && !e->is_seen;
 }
 
-// A pull may run beside an estimate. A fold takes the tissue far from where the estimate saw it, and what follows the
-// end of a plan, or a release, depends on what is learnt.
+// What follows depends on what is learnt: the next pull, too, for an estimate may attach what is in hand.
 static bool must_learn(const AfterEvidence* e) {
     if (e->outcome == OM_ACTION_WARNED || (om__is_fold(e->verb) && e->state >= 2)) return true;
-    return e->has_monitor && e->has_estimator && (e->is_answering || e->is_due) && !e->is_seen &&
-           !e->continues;
+    return e->has_monitor && e->has_estimator && (e->is_answering || e->is_due) && !e->is_seen;
 }
 
 AfterStep om__belief_after(const AfterEvidence* e, AfterStep done) {

@@ -26,7 +26,7 @@
 //    | LOOK   | held tissue was moved high enough; with a monitor that learns: it warned, and nothing answers yet  |
 //    | LOOK   | with a monitor that learns: this was the last pull of a lift, and the ROI is hidden                |
 //    | LEARN  | a warning stopped the motion, or a fold ended in state 2 or above                                  |
-//    | LEARN  | an answer is under way, the ROI is hidden, and the plan does not continue with a pull              |
+//    | LEARN  | an answer is under way, and the ROI is hidden                                                      |
 //    | GO     | otherwise: verify that the ROI is exposed, or the next action                                      |
 //
 // 4. While the arms wait for what is learnt (om__belief_wait):

@@ -2,9 +2,9 @@
 //
 // After an action that moved held tissue the arms keep still until the tissue rests (OmSceneUpdate.rest), and an
 // acquisition is taken from a picture exposed at the end of this time; without an estimator, at once from the newest
-// picture. The estimate runs beside the next actions. In the tick of its adoption the twin takes the new attachments;
-// if they change the blocks that may be grasped, the loop makes a new plan after the current action. An arm that
-// reaches for a block that is now attached stops at once.
+// picture. With a monitor the arms wait for the estimate (belief_decide.h), else it runs beside the next actions. In
+// the tick of its adoption the twin takes the new attachments; if they change the blocks that may be grasped, the loop
+// makes a new plan after the current action. An arm that reaches for a block that is now attached stops at once.
 #include <math.h>
 #include <string.h>
 

@@ -76,7 +76,6 @@ typedef struct Belief {
     // belief_doubt.c
     unsigned char* always;  // attached in every belief of the operation, or null  (nvert)
     unsigned char* source;  // where attachments come from                         (nvert)
-    int doubt_grasp;        // grasps until the last doubt, -1: there was none
     int doubt;              // the strongest doubt until now
     bool has_narrowed;      // the intersection is not that of the last doubt
 } Belief;

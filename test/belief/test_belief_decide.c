@@ -148,8 +148,8 @@ static void the_arms_wait_for_what_is_learnt(void** state) {
     AfterEvidence e = warned_pull();
     e.is_due = true;  // of the look that was taken
     assert_int_equal(om__belief_after(&e, AFTER_LOOK), AFTER_LEARN);
-    e.continues = true;  // a pull may run beside the estimate
-    assert_int_equal(om__belief_after(&e, AFTER_LOOK), AFTER_GO);
+    e.continues = true;  // the next pull waits, too
+    assert_int_equal(om__belief_after(&e, AFTER_LOOK), AFTER_LEARN);
     e.continues = false;
     e.is_seen = true;
     assert_int_equal(om__belief_after(&e, AFTER_LOOK), AFTER_GO);
@@ -159,7 +159,7 @@ static void the_arms_wait_for_what_is_learnt(void** state) {
     // an answer under way: no second acquisition but at the end of the lift, and its effect is awaited
     e = warned_pull();
     e.is_answering = e.continues = true;
-    assert_int_equal(om__belief_after(&e, AFTER_GO), AFTER_GO);
+    assert_int_equal(om__belief_after(&e, AFTER_GO), AFTER_LEARN);
     e.continues = false;
     assert_int_equal(om__belief_after(&e, AFTER_GO), AFTER_LOOK);
     assert_int_equal(om__belief_after(&e, AFTER_LOOK), AFTER_LEARN);

@@ -176,8 +176,8 @@ static void after_a_look(void** state) {
     decide(stand(STAGE_LOOK), STAGE_LOOK, STAGE_NEXT_ACTION);  // without a warning it waits for one
     loop = stand(STAGE_LOOK);
     loop->belief.warning_action = 1;
-    loop->plan.action[1].verb = OM_PLAN_PULL;  // beside the estimate
-    decide(loop, STAGE_LOOK, STAGE_NEXT_ACTION);
+    loop->plan.action[1].verb = OM_PLAN_PULL;  // waits, too
+    decide(loop, STAGE_LOOK, STAGE_LEARN);
     see(stand(STAGE_LOOK));
     decide(course.loop, STAGE_LOOK, STAGE_VERIFY);
     loop = stand(STAGE_LOOK);
