@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "omentum/banet_net.h"
 #include "studies/study_cases.h"
 #include "studies/study_retraction_internal.h"
 #include "studies/study_stats.h"
@@ -33,6 +34,16 @@ static OmStatus validate(const OmStudyRetractionDef* d) {
         "retraction study: only random pairs, their ablations and alarms have other seeds");
     OM_CHECK(!(d->parts & OM_RETRACTION_KIDNEY) || d->data, OM_INVALID,
              "retraction study: the kidney needs data, the folder that holds ct_abdomen");
+    return OM_OK;
+}
+
+// Runs of most parts learn with the installed network. Without it the study ends here, not after the plans.
+static OmStatus check_network(const OmStudyRetractionDef* d) {
+    const int without = OM_RETRACTION_THRESHOLD | OM_RETRACTION_REPLANNING | OM_RETRACTION_SEARCHES;
+    OmBanetNet* net = NULL;
+    if (!(d->parts & ~without)) return OM_OK;
+    OM_TRY(om_banet_net_load(NULL, &net));
+    om_banet_net_destroy(net);
     return OM_OK;
 }
 
@@ -295,6 +306,7 @@ OmStatus om_study_retraction_run(const OmStudyRetractionDef* def, const OmProgre
                                  OmStudyRetractionSummary* summary) {
     memset(summary, 0, sizeof *summary);
     OM_TRY(validate(def));
+    OM_TRY(check_network(def));
     Retraction s = {.def = def, .progress = progress};
     OmFolder folder = {0};
     OmStatus status;
