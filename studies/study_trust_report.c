@@ -77,7 +77,10 @@ static void add_kinds(const Trust* s, OmReport* report) {
         const OmStudyTrustKind* k = &s->sum.kind[i];
         om__table_row(&table, "%s|%d|%d|%d|%d", title[1 + i], k->n, k->nclean, k->ncorrected,
                       k->nrefused);
-        om__table_row(&table, k->nrefused ? "%d of %d" : "", k->nnamed, k->nrefused);
+        if (k->nrefused)
+            om__table_row(&table, "%d of %d", k->nnamed, k->nrefused);
+        else
+            om__table_row(&table, "%s", "");
         om__table_row(&table, "%d", k->nbad);
         const bool is_any = k->nclean + k->ncorrected > 0;
         om__table_row(&table, is_any ? "%.2f|%.2f" : "|", k->dice_right, k->dice);

@@ -11,6 +11,8 @@ import shlex
 import subprocess
 import sys
 
+GCC_ONLY = r"-O\d|-fopenmp|-fno-gcse-after-reload|-fno-tree-pre|-fira-region"
+
 
 def read(entry):
     """What clang says of one file."""
@@ -21,7 +23,7 @@ def read(entry):
             skip -= 1
         elif word in ("-o", "-MF", "-MT"):
             skip = 1
-        elif word not in ("-c", "-MD") and not re.match(r"-O\d|-fopenmp", word):
+        elif word not in ("-c", "-MD") and not re.match(GCC_ONLY, word):
             command.append(word)
     done = subprocess.run(["clang", *command, "-UOM_WITH_OPENMP", "-fsyntax-only", "-Werror", "-Wno-double-promotion"],
                           cwd=entry["directory"], capture_output=True, text=True, check=False)

@@ -133,8 +133,8 @@ static void files(void** unused) {
         "{\"frames\": [{\"name\": \"a\"}]}",
         "{\"frames\": [{\"name\": \"a\", \"position_mm\": [0, 0], \"quaternion_xyzw\": [0, 0, 0, 1]}]}",
         "{\"frames\": [{\"name\": \"a\", \"position_mm\": [0, 0, 0], \"quaternion_xyzw\": [0, 0, 0, 2]}]}",
-        "{\"frames\": [{\"name\": \"a\", \"position_mm\": [0, 0, 0], \"quaternion_xyzw\": [0, 0, 0, 1]}, "
-        "{\"name\": \"a\", \"position_mm\": [0, 0, 0], \"quaternion_xyzw\": [0, 0, 0, 1]}]}"};
+        ("{\"frames\": [{\"name\": \"a\", \"position_mm\": [0, 0, 0], \"quaternion_xyzw\": [0, 0, 0, 1]}, "
+         "{\"name\": \"a\", \"position_mm\": [0, 0, 0], \"quaternion_xyzw\": [0, 0, 0, 1]}]}")};
     for (size_t k = 0; k < sizeof bad / sizeof *bad; ++k) {
         write_bytes(path, bad[k], strlen(bad[k]));
         assert_status(om_dds_frames_load(path, read, &n), OM_INVALID);
