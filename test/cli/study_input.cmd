@@ -159,5 +159,5 @@ err none is an input and cannot be the output too
 # a program without its weights says so before it plans
 $ mkdir alone; cp $OMENTUM alone/program; cp "$(dirname $OMENTUM)"/../libomentum.so.0.2 alone 2> /dev/null; cd alone; LD_LIBRARY_PATH=. ./program study retraction --quick -o out
 exit 3
-err no trained BA-Net: weights/banet.safetensors is not installed
+err ^omentum study: no trained BA-Net: weights/banet.safetensors is not installed
 no-file alone/out/report.html
