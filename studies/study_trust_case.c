@@ -36,6 +36,7 @@ static OmScene make_scene(uint64_t seed, int number, int cells) {
     s.seed = (int)(om_rng_u32(&rng) >> 1);
     s.tissue.cells = om_vec3(cells, cells, 1);
     s.tissue.world_cells = om_vec3(floor(FINER * cells), floor(FINER * cells), 1);
+    s.world.element = OM_ELEMENT_QUADRATIC;  // not the shells of the twin
     s.attach.share_min = s.attach.share_max = om_rng_range(&rng, 0.1, 0.5);
     s.world.young_factor = om_rng_range(&rng, 0.7, 1.3);
     return s;
