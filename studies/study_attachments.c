@@ -101,7 +101,7 @@ static OmStatus make_view(Layout* l, int layout, int g) {
     OM_ALLOC(v->x, 3 * (size_t)nvert);
     OM_TRY(om__match_carry(&v->truth, nvert, v->twin.site.mesh.x, v->x));
     OmAcquisition* a = &l->acquisition[g];
-    *a = (OmAcquisition){.scan = v->scan, .time = v->truth.head.time, .x_twin = v->twin.x};
+    *a = (OmAcquisition){.scan = v->scan, .time = v->truth.head.time, .x_twin = v->twin.nodes};
     a->ngrasp = om__match_grasps(&v->truth, &v->setup.move, a->grasp);
     return OM_OK;
 }
@@ -228,7 +228,7 @@ static OmStatus take_estimate(Layout* l, const OmMatchEstimate* e, Views v, AttU
     for (int k = 0; k < v.n; ++k) {
         u->own_ave[v.first + k] = -1;
         if (e->x && u->is_accepted)
-            om__attach_error(e->nvert, e->x + 3 * (size_t)k * (size_t)e->nvert,
+            om__attach_error(e->nvert, e->x + 3 * (size_t)k * (size_t)e->nnode,
                              l->view[v.first + k].x, &u->own_ave[v.first + k], &mve);
     }
     return move_all(l, u, spring, v);

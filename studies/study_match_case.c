@@ -155,6 +155,7 @@ const MatchLayout om__match_layout[MATCH_NSET * MATCH_NLAYOUT] = {
 MatchSetup om__match_layout_setup(int layout, int grasp, int cells) {
     const MatchLayout* l = &om__match_layout[layout];
     MatchSetup s = {.cells = cells,
+                    .element = OM_ELEMENT_QUADRATIC,
                     .layout = {l->layout[0], l->layout[1]},
                     .share = l->share,
                     .elevation = 50 * DEG};

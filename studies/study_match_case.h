@@ -194,6 +194,7 @@ typedef struct MatchTwin {  // om__match_twin_done frees; zero-initialise
     OmScene scene;
     OmSite site;
     double* x;      // positions at a share of the way, m          (nvert x 3)
+    double* nodes;  // the same, as om_body_get_nodes gives them   (nodes of its body x 3)
     double* way_x;  // with share 1: positions at the pictures on the way, m   (nway x nvert x 3)
 } MatchTwin;
 // A twin with a belief, at rest, then moved as the measured tips moved, `share` of the way; 1: the wait after it too.

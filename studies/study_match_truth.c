@@ -547,6 +547,7 @@ void om__match_twin_done(MatchTwin* twin) {
     if (!twin) return;
     om_site_done(&twin->site);
     om_free(twin->x);
+    om_free(twin->nodes);
     om_free(twin->way_x);
     memset(twin, 0, sizeof *twin);
 }
@@ -573,6 +574,8 @@ OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const M
         status = follow_way(body, &setup->move, truth, twin);
     if (status < 0) goto done;
     memcpy(twin->x, om_body_x(body), n * sizeof *twin->x);
+    OM_ALLOC_DONE(twin->nodes, 3 * (size_t)om_body_node_count(body));
+    om_body_get_nodes(body, twin->nodes);
 done:
     om_body_destroy(body);
     if (status < 0) om__match_twin_done(twin);

@@ -8,7 +8,8 @@
 ///
 ///     OmMatchDef def = om_match_default_def(&scene, &twin_site);
 ///     om_match_create(&def, &match);
-///     OmAcquisition acquisition = {.scan = scan, .ngrasp = 1, .grasp = {grasp}, .x_twin = om_body_x(twin)};
+///     om_body_get_nodes(twin, x);  // (om_body_node_count(twin) x 3)
+///     OmAcquisition acquisition = {.scan = scan, .ngrasp = 1, .grasp = {grasp}, .x_twin = x};
 ///     om_match_update(match, 1, &acquisition, NULL, &estimate);
 ///     if (estimate.is_accepted) ... estimate.attached[v] ...
 ///     om_match_estimate_done(&estimate);
