@@ -32,7 +32,8 @@ typedef struct OmRetractSample {  // one instant
     double time;        // s since the operation began; the first tick ends at one time step
     double visibility;  // of the ROI, 0 to 1, as the robot measures it in the endoscope's picture
     double visibility_world;  // the same by rays in the simulated truth; NAN without a truth
-    // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
+    // N, the larger of both arms: pull less the weight carried, by the twin; of an arm that measures force the larger of
+    // both. NAN: the twin has no forces
     double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
@@ -50,7 +51,7 @@ typedef struct OmRetractAction {  // one executed action
     double begin, end;  // s of the operation
     OmActionOutcome outcome;
     double visibility;       // at its end
-    double force_max;        // N, during it, by the twin
+    double force_max;        // N, during it, as in OmRetractSample.force
     double force_world_max;  // N, during it, in the truth; NAN without a truth
     bool is_replanned;       // a new plan starts with it
     int plan;                // which plan, from 0
@@ -70,9 +71,9 @@ typedef enum OmRetractOutcome {
 /// "held".
 OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
 
-// Of the twin: the arms act on its forces alone.
+// Of the twin, and the forces on which the arms act.
 typedef struct OmTwinRecord {
-    double force;  // N, largest; NAN if its engine has no forces
+    double force;  // N, largest, as in OmRetractSample; NAN if its engine has no forces
     int nforce;    // times the force rose to where the arms act: threshold less margin
     double shift;  // m, mean displacement of the vertices while it came to rest
     int nadded;  // vertices that were attached to it, for it slid off without them (om_retract_run)

@@ -80,7 +80,7 @@ static const OmCliKey result_key[] = {
 static void print_force(const OmScene* scene, const OmRetractResult* r) {
     const OmSceneTask* task = &scene->task;
     if (isfinite(r->twin.force))
-        printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->twin.force);
+        printf("  pull on the tissue: at most %.2f N as the robot estimates it", r->twin.force);
     else
         printf("  pull on the tissue: not known to the twin, whose engine %s has no forces",
                scene->tissue.engine);

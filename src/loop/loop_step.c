@@ -23,8 +23,9 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     om__force_add(&loop->belief, obs, &forces);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const double factor = loop->result.belief.force_factor;
-        loop->act.force[a] =
+        const double twin =
             om_body_is_holding(loop->twin, a) ? factor * om_norm(forces.pull[a]) : 0.0;
+        loop->act.force[a] = fmax(twin, om_norm(loop->belief.felt[a]));
     }
     loop->twin_wall += om_clock_now() - start;
     return OM_OK;

@@ -140,7 +140,7 @@ static OmStatus print_stop(const OmLoop* loop, const OmRetractAction* a, OmText*
             t, "stopped, because the region of interest came into view: %.0f %% is seen", seen);
     case OM_ACTION_FORCE:
         return om_text_append(t,
-                              "stopped, because the model estimates %.2f N on the tissue, and "
+                              "stopped, because the robot estimates %.2f N on the tissue, and "
                               "slowing down did not bring it below the limit of %.2f N",
                               a->force_max, om__force_limit(task));
     case OM_ACTION_HEIGHT:

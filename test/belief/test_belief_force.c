@@ -3,6 +3,48 @@
 
 #include "loop_rig.h"
 
+typedef struct Felt {  // largest forces while tissue is in hand, N
+    double robot, truth;
+} Felt;
+
+static OmStatus on_felt(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
+    Felt* f = ctx;
+    (void)loop;
+    f->robot = fmax(f->robot, now->force);
+    f->truth = fmax(f->truth, now->force_world);
+    return OM_OK;
+}
+
+// Tissue that is held beside the grasp, where the twin believes in no attachment.
+static Felt feel(double force_noise) {
+    Rig g;
+    OmScene scene = object_scene();
+    scene.attach.lo.x = -0.021;
+    scene.believed.kind = OM_BELIEF_NONE;
+    scene.task.speed = 0.02;
+    scene.task.max_actions = 6;
+    scene.world.force_noise = force_noise;
+    rig_create(&g, scene);
+    Felt f = {0};
+    OmLoopListener listener = {.ctx = &f, .on_tick = on_felt};
+    OmLoop* loop = make_loop(&g, &listener);
+    tick_to_end(loop);
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+    return f;
+}
+
+// The arm feels what the twin does not have, and acts on it.
+static void test_measured_force_counts(void** state) {
+    (void)state;
+    const Felt blind = feel(-1), felt = feel(0.01);
+    printf("largest force of the truth: %.3f N, of the robot: %.3f N; with a sensor %.3f, %.3f N\n",
+           blind.truth, blind.robot, felt.truth, felt.robot);
+    assert_true(blind.robot < 0.5 * blind.truth);
+    // the twin lifts more tissue than the truth does, and its weight is taken off: 0.12 N
+    assert_true(felt.robot > 0.7 * felt.truth && felt.robot < 1.1 * felt.truth);
+}
+
 typedef struct Error {  // of the twin's force while the tissue is held well above the ground
     double sum;
     int n;
@@ -117,7 +159,8 @@ static void test_attachments_that_press_on_the_board(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_force_is_learnt),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_measured_force_counts),
+                                       cmocka_unit_test(test_force_is_learnt),
                                        cmocka_unit_test(test_attachments_that_press_on_the_board)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

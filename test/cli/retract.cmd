@@ -4,7 +4,7 @@ $ omentum retract small.yaml -q -o run
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 out ROI visible: 0 % at the start, \d+ % at the end \(in the truth \d+ %\); it counts as exposed from 80 % on
-out ^  pull on the tissue: at most 0\.\d\d N as the twin estimates it, 0\.\d\d N in the simulated truth \(up to 0\.\d\d N above
+out ^  pull on the tissue: at most 0\.\d\d N as the robot estimates it, 0\.\d\d N in the simulated truth \(up to 0\.\d\d N above
 out ^  limit: the arms stop pulling at 3\.00 N by the estimate, the scene's threshold; reached 0 times$
 out a twin step \d+\.\d+ ms
 out report: run/report\.html

@@ -277,7 +277,7 @@ static void test_words_of_plans_and_actions(void** state) {
                  "PSM1 pulls (2,1) up: done; 34 % of the region of interest is seen.");
     a.outcome = OM_ACTION_FORCE, a.force_max = 2.034;
     EXPECT_WORDS(om_words_action(&loop, &a, &t),
-                 "PSM1 pulls (2,1) up: stopped, because the model estimates 2.03 N on the "
+                 "PSM1 pulls (2,1) up: stopped, because the robot estimates 2.03 N on the "
                  "tissue, and slowing down did not bring it below the limit of 2.00 N.");
     a.outcome = OM_ACTION_HEIGHT;
     EXPECT_WORDS(om_words_action(&loop, &a, &t),
