@@ -32,8 +32,8 @@ typedef struct OmRetractSample {  // one instant
     double time;        // s since the operation began; the first tick ends at one time step
     double visibility;  // of the ROI, 0 to 1, as the robot measures it in the endoscope's picture
     double visibility_world;  // the same by rays in the simulated truth; NAN without a truth
-    // N, the larger of both arms: pull less the weight carried, by the twin; of an arm that measures force the larger of
-    // both. NAN: the twin has no forces
+    // N, the larger of both arms: pull less the weight carried, by the twin; of an arm that measures force the larger
+    // of both. NAN: the twin has no forces
     double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
