@@ -13,12 +13,11 @@
 // with 0.84 of the twin's force. A factor that forgets with a time constant of 2 s was noisier and no faster.
 #include "belief/belief_state.h"
 
-#define MIN_FORCE 0.1   // N, measured and in the twin: below it noise of the sensor decides
-#define MIN_TIME 1.0    // s of such force before the factor counts
-#define MAX_FACTOR 4.0  // and 1 / MAX_FACTOR
-#define TOLERANCE 0.1   // a factor nearer to 1 than this changes nothing
-#define FILTER_TIME \
-    0.3  // s, of the first-order filter of a measured pull: 0.5 N of noise at 50 Hz leave 0.16 N
+#define MIN_FORCE 0.1    // N, measured and in the twin: below it noise of the sensor decides
+#define MIN_TIME 1.0     // s of such force before the factor counts
+#define MAX_FACTOR 4.0   // and 1 / MAX_FACTOR
+#define TOLERANCE 0.1    // a factor nearer to 1 than this changes nothing
+#define FILTER_TIME 0.3  // s, of a measured pull: of 0.5 N of noise 0.16 N are left
 
 void om__force_reset(Belief* belief) { belief->force_sum = (ForceSum){0}; }
 
