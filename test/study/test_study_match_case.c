@@ -215,6 +215,7 @@ static void test_twin(void** unused) {
     assert_ok(om__match_carry(&truth, n, whole.site.mesh.x, x));
     for (int i = 0; i < n; ++i) {
         error += om_distance(om_load3(x, i), om_load3(whole.x, i)) / n;
+        assert_true(om_distance(om_load3(whole.nodes, i), om_load3(whole.x, i)) == 0);
         wrong += om_distance(om_load3(x, i), om_load3(none.x, i)) / n;
         top = fmax(top, whole.x[3 * i + 2]);
         top_part = fmax(top_part, part.x[3 * i + 2]);
