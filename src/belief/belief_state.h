@@ -64,8 +64,8 @@ typedef struct Belief {
     double seen_last, seen_change;  // visibility at its last change while learning, and when, s
 
     ForceSum force_sum;  // belief_force.c
-    OmVec3 felt
-        [OM_MAX_ARM];  // N, pull that each arm measures, without its noise; 0: it holds nothing, or measures none
+    // N, pull that each arm measures, without its noise; 0: it holds nothing, or measures none
+    OmVec3 felt[OM_MAX_ARM];
 
     // acquisitions and estimates (belief_look.c)
     double look_begin;  // s, since when the arms keep still
