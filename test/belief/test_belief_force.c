@@ -15,26 +15,38 @@ static OmStatus on_felt(void* ctx, const OmLoop* loop, const OmRetractSample* no
     return OM_OK;
 }
 
-// Tissue that is held beside the grasp, where the twin believes in no attachment.
-static Felt feel(double force_noise) {
-    Rig g;
+// A body held beside the grasp, where both meshes have vertices: enough force.
+static OmScene held_scene(double force_noise) {
     OmScene scene = object_scene();
     scene.attach.lo.x = -0.021;
-    scene.believed.kind = OM_BELIEF_NONE;
     scene.task.speed = 0.02;
-    scene.task.max_actions = 6;
     scene.world.force_noise = force_noise;
+    return scene;
+}
+
+// @return the factor of the twin's force in the end
+static double run(OmScene scene, OmLoopListener* listener) {
+    Rig g;
     rig_create(&g, scene);
-    Felt f = {0};
-    OmLoopListener listener = {.ctx = &f, .on_tick = on_felt};
-    OmLoop* loop = make_loop(&g, &listener);
+    OmLoop* loop = make_loop(&g, listener);
     tick_to_end(loop);
+    const double factor = om_loop_result(loop)->belief.force_factor;
     om_loop_destroy(loop);
     rig_destroy(&g);
+    return factor;
+}
+
+static Felt feel(double force_noise) {
+    OmScene scene = held_scene(force_noise);
+    scene.believed.kind = OM_BELIEF_NONE;
+    scene.task.max_actions = 6;
+    Felt f = {0};
+    OmLoopListener listener = {.ctx = &f, .on_tick = on_felt};
+    run(scene, &listener);
     return f;
 }
 
-// The arm feels what the twin does not have, and acts on it.
+// The twin believes in no attachment. An arm with a sensor feels what the twin does not have.
 static void test_measured_force_counts(void** state) {
     (void)state;
     const Felt blind = feel(-1), felt = feel(0.01);
@@ -60,23 +72,13 @@ static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* no
 }
 
 // A run on a truth of another stiffness. @return the mean relative error of the force late in the lifts
-static double run(double young_factor, double force_noise, double* factor) {
-    Rig g;
-    OmScene scene = object_scene();
-    scene.attach.lo.x = -0.021;  // where both meshes have vertices, near the grasp: enough force
-    scene.task.speed = 0.02;
+static double find_error(double young_factor, double force_noise, double* factor) {
+    OmScene scene = held_scene(force_noise);
     scene.task.max_actions = 12;
     scene.world.young_factor = young_factor;
-    scene.world.force_noise = force_noise;
-    rig_create(&g, scene);
     Error e = {0};
     OmLoopListener listener = {.ctx = &e, .on_tick = on_tick};
-    OmLoop* loop = make_loop(&g, &listener);
-    tick_to_end(loop);
-    const OmRetractResult* r = om_loop_result(loop);
-    *factor = r->belief.force_factor;
-    om_loop_destroy(loop);
-    rig_destroy(&g);
+    *factor = run(scene, &listener);
     assert_true(e.n > 15);
     return e.sum / e.n;
 }
@@ -89,7 +91,8 @@ static void test_force_is_learnt(void** state) {
     double last = 0;
     for (int k = 0; k < 3; k += test_is_slow() ? 1 : 2) {
         double blind, learnt;
-        const double before = run(young[k], -1, &blind), after = run(young[k], 0.01, &learnt);
+        const double before = find_error(young[k], -1, &blind),
+                     after = find_error(young[k], 0.01, &learnt);
         printf("truth %.1f: factor %.2f, mean error of the force %.0f %% -> %.0f %%\n", young[k],
                learnt, 100 * before, 100 * after);
         assert_true(blind == 1);  // arms without sensors
