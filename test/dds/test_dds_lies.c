@@ -226,6 +226,13 @@ static bool is_pressed(void* ctx) {
     return true;
 }
 
+// Goals of the whole way: more where the lie must be heard before the last one. No more than a topic holds (10) where
+// all are counted.
+static int ngoal(Lie lie) {
+    const bool is_heard = lie == NAN_TURN || lie == TURNS || lie == STILL || lie == ERROR;
+    return is_heard ? 40 : 10;
+}
+
 // Connect, home, move PSM1 by 40 mm and lie meanwhile: what the world says, and the goals that it sent.
 static OmStatus drive(Robot* r, bool homes, int* nservo) {
     OmDdsWorldDef def = om_dds_world_default_def(&r->scene);
@@ -237,12 +244,15 @@ static OmStatus drive(Robot* r, bool homes, int* nservo) {
     def.site = &r->site;
     def.wait = 20;
     def.stale = r->lie == FROZEN || r->lie == SILENT ? 1 : 5;
+    // A machine under load may hold the robot's thread for 0.1 s: no lie, but 20 mm of the way.
+    const bool follows = r->lie != STILL && r->lie != APART;
+    if (follows) def.max_jump = 0.05;
     assert_ok(om_world_create_dds(&def, &world));
     OmStatus status = homes ? om_world_reset(world) : OM_OK;
     const bool sees = r->lie == GROWS || r->lie == LATE || r->lie == OLD;
     if (status == OM_OK && sees)
         status = om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
-    if (status == OM_OK) status = om_world_move(world, 0, goal, 0.2);
+    if (status == OM_OK) status = om_world_move(world, 0, goal, 40e-3 / (ngoal(r->lie) * DT));
     if (r->lie == SILENT) pause_for(0.5);  // of these messages the last ones wait
     r->is_lying = true;
     if (r->lie == SILENT) pause_for(2);
@@ -283,11 +293,11 @@ static void an_honest_robot(void** unused) {
 static void lies_stop_the_arms(void** unused) {
     (void)unused;
     expect(GROWS, true, OM_IO, "have become 128 x 96", 10);
-    expect(NAN_TURN, true, OM_IO, "not finite", 9);
-    expect(TURNS, true, OM_IO, "and 90 degrees", 9);
-    expect(STILL, true, OM_IO, "from where it was sent", 6);
+    expect(NAN_TURN, true, OM_IO, "not finite", 39);
+    expect(TURNS, true, OM_IO, "and 90 degrees", 39);
+    expect(STILL, true, OM_IO, "from where it was sent", 21);
     expect(APART, true, OM_IO, "45 mm from where it was sent", 0);
-    expect(ERROR, true, OM_IO, "hit the board", 9);
+    expect(ERROR, true, OM_IO, "hit the board", 39);
 }
 
 static void old_messages_are_none(void** unused) {
