@@ -123,11 +123,14 @@ OM_API const OmTissueModel* om_body_tissue(const OmBody* body);
 OM_API const OmTetMesh* om_body_mesh(const OmBody* body);
 
 /// Nodes of the tissue that tools grasp: the vertices of the site's mesh and, of quadratic elements and shells, the
-/// midpoints of its edges, as om_tet_mesh_refine orders them. Those of shells are between the vertices, and held where
-/// both are. Of other elements, without an organ that deforms, they are those of om_body_x.
+/// midpoints of its edges, as om_tet_mesh_refine orders them; those of shells are between the vertices. Of other
+/// elements, without an organ that deforms, they are those of om_body_x.
 OM_API int om_body_node_count(const OmBody* body);
-/// The arm that grasps a node, -1: none.
-OM_API int om_body_node_held_by(const OmBody* body, int node);
+/// The nodes that an arm grasps, ascending, into `node` (om_body_node_count). Returns how many, 0: it grasps nothing.
+/// Shells are held by a whole face, which reaches beyond the jaws on one side: of their nodes those within `radius`
+/// (m) of `tip` count, or all that are held where none is.
+OM_API int om_body_find_held_nodes(const OmBody* body, int arm, OmVec3 tip, double radius,
+                                   int* node);
 /// Positions of these nodes, m (om_body_node_count x 3).
 OM_API void om_body_get_nodes(const OmBody* body, double* x);
 

@@ -112,6 +112,8 @@ typedef struct OmMatchLoad {  // zero-initialise
     const OmMatchGrasp* grasp;  // grasped vertices follow the tool
     int npull;
     const OmMatchPull* pull;
+    // of the tissue over that of the scene; springs, contact and pulls change with it; default 0: 1
+    double young;
     int max_newton;    // default 0: 60
     double tolerance;  // m, of the largest displacement in an iteration; default 0: 1e-5
 } OmMatchLoad;

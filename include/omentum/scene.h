@@ -340,7 +340,8 @@ typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label
 #define OM_SITE_MATERIALS 16
 
 typedef struct OmSite {
-    OmSiteRole role;  //
+    OmSiteRole role;          //
+    OmTissueElement element;  // of its body
     // world frame; sets "underside", "top", "attachment" (of the twin: as believed)
     OmTetMesh mesh;
     double attach_stiffness;   // N/m, of the spring of each attached vertex; 0: held still

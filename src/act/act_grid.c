@@ -21,6 +21,62 @@ bool om__grid_has(const Grid* g, int block, OmVec3 p) {
     return fabs(p.x) <= g->half.x && fabs(p.y) <= g->half.y && block_of(g, p) == block;
 }
 
+static OmVec3 middle(const int v[4], const double* x) {
+    return om_scale(0.25, om_add(om_add(om_load3(x, v[0]), om_load3(x, v[1])),
+                                 om_add(om_load3(x, v[2]), om_load3(x, v[3]))));
+}
+
+OmVec3 om__grid_point(const Grid* g, const double* x, int block) {
+    return middle(g->face[block], x);
+}
+
+// The faces of shells all of whose vertices are on top.
+static OmStatus find_faces(const OmSite* site, const OmMeshSet* top, int** face, int* n) {
+    unsigned char* is_top = om_calloc((size_t)site->mesh.nvert, 1);
+    OmStatus status = is_top ? om_tet_mesh_find_cells(&site->mesh, face) : OM_NO_MEMORY;
+    for (int i = 0; is_top && i < top->nvert; ++i) is_top[top->vert[i]] = 1;
+    for (int f = 0; status == OM_OK && f < site->mesh.ntet / 3; ++f) {  // below and above each cell
+        int v[4];
+        memcpy(v, *face + 4 * (size_t)f, sizeof v);
+        if (!is_top[v[0]] || !is_top[v[1]] || !is_top[v[2]] || !is_top[v[3]]) continue;
+        memcpy(*face + 4 * (size_t)(*n)++, v, sizeof v);
+    }
+    om_free(is_top);
+    return status;
+}
+
+// Places where tissue may be grasped: the vertices on top, of shells the faces there.  (n x 4)
+static OmStatus find_places(const OmSite* site, int** face, int* n) {
+    const OmMeshSet* top = om_tet_mesh_find_set(&site->mesh, "top");
+    OM_CHECK(top, OM_INVALID, "the tissue has no set \"top\" to grasp");
+    if (site->element == OM_ELEMENT_SHELL) return find_faces(site, top, face, n);
+    *n = top->nvert;
+    OM_ALLOC(*face, 4 * (size_t)top->nvert);
+    for (int k = 0; k < 4 * top->nvert; ++k) (*face)[k] = top->vert[k / 4];
+    return OM_OK;
+}
+
+// The place nearest to the middle of each block, seen from above.
+static int choose_places(Grid* grid, const OmSite* site, int n, const int* face) {
+    const OmPose to_task = om_pose_inverse(grid->task);
+    const double* x = site->mesh.x;
+    double best[OM_PLAN_MAX_BLOCK];
+    int ngrasp = 0;
+    for (int i = 0; i < n; ++i) {
+        const int* v = face + 4 * (size_t)i;
+        OmVec3 p = om_pose_apply(to_task, middle(v, x));
+        int b = block_of(grid, p);
+        OmVec3 c = om_load3(grid->center, b);
+        double d = (p.x - c.x) * (p.x - c.x) + (p.y - c.y) * (p.y - c.y);
+        if (grid->vert[b] >= 0 && d >= best[b]) continue;
+        best[b] = d;
+        ngrasp += grid->vert[b] < 0;
+        memcpy(grid->face[b], v, sizeof grid->face[b]);
+        grid->vert[b] = v[0];
+    }
+    return ngrasp;
+}
+
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid) {
     memset(grid, 0, sizeof *grid);
     // a scene need not come from a file
@@ -29,33 +85,21 @@ OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid)
     grid->n = task->grid;
     grid->task = site->pose_world_task;
     grid->half = site->half_size;
-    const OmMeshSet* top = om_tet_mesh_find_set(&site->mesh, "top");
-    OM_CHECK(top, OM_INVALID, "the tissue has no set \"top\" to grasp");
     OmPose to_task = om_pose_inverse(grid->task);
-    int nblock = grid->n * grid->n, ngrasp = 0;
-    double best[OM_PLAN_MAX_BLOCK];
+    int nblock = grid->n * grid->n, n = 0, *face = NULL;
     for (int b = 0; b < nblock; ++b) {
         grid->vert[b] = -1;
-        best[b] = INFINITY;
         OmVec3 c = om_vec3(((b % grid->n + 0.5) / grid->n * 2 - 1) * grid->half.x,
                            ((b / grid->n + 0.5) / grid->n * 2 - 1) * grid->half.y, 0);
         om_store3(grid->center, b, c);
     }
-    for (int i = 0; i < top->nvert; ++i) {
-        OmVec3 p = om_pose_apply(to_task, om_load3(site->mesh.x, top->vert[i]));
-        int b = block_of(grid, p);
-        OmVec3 c = om_load3(grid->center, b);
-        double d = (p.x - c.x) * (p.x - c.x) + (p.y - c.y) * (p.y - c.y);
-        if (d < best[b]) {
-            best[b] = d;
-            if (grid->vert[b] < 0) ++ngrasp;
-            grid->vert[b] = top->vert[i];
-        }
-    }
+    OM_TRY(find_places(site, &face, &n));
+    const int ngrasp = choose_places(grid, site, n, face);
+    om_free(face);
     // The height of a block is that of its grasping point: distances are in space.
     for (int b = 0; b < nblock; ++b) {
         if (grid->vert[b] < 0) continue;
-        grid->tip[b] = om_pose_apply(to_task, om_load3(site->mesh.x, grid->vert[b]));
+        grid->tip[b] = om_pose_apply(to_task, om__grid_point(grid, site->mesh.x, b));
         grid->center[3 * b + 2] = grid->tip[b].z;
     }
     OM_CHECK(ngrasp > 0, OM_INVALID, "no block of the tissue has a grasping point");

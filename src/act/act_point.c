@@ -131,7 +131,7 @@ static GraspPoint find_point(const Act* act, const Cloud* c, int block) {
     const Grid* g = act->grid;
     GraspPoint point = {.source = GRASP_NONE};
     if (g->vert[block] < 0) return point;
-    const OmVec3 twin = om__to_task(g, om_load3(om_body_x(act->twin), g->vert[block]));
+    const OmVec3 twin = om__to_task(g, om__grid_point(g, om_body_x(act->twin), block));
     point.tip = twin;
     point.source = GRASP_FILLED;
     if (!c) return point;

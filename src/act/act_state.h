@@ -14,12 +14,15 @@
 
 // ---- the grid of blocks (act_grid.c) -----------------------------------------------------------------------
 
-// The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
+// The tissue cut into n x n blocks in the task frame. A block's grasping point is a vertex of the twin, of shells the
+// middle of a cell's upper face: they are held by the face under the tip, so at a vertex by one of four beside it.
 typedef struct Grid {
     int n;
     OmPose task;                  // pose_world_task
     OmVec3 half;                  // half extent of the tissue, m
-    int vert[OM_PLAN_MAX_BLOCK];  // grasping point: a vertex of the twin's mesh, -1 no tissue there
+    int vert[OM_PLAN_MAX_BLOCK];  // of the twin's mesh, at the grasping point; -1: no tissue there
+    int face[OM_PLAN_MAX_BLOCK]
+            [4];  // vertices whose middle is the grasping point, all `vert` but of shells
     OmVec3 tip[OM_PLAN_MAX_BLOCK];         // the grasping point at rest, task frame, m
     double center[3 * OM_PLAN_MAX_BLOCK];  // of the blocks at rest, task frame, m
     int roi_block;
@@ -40,6 +43,9 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
 // The same with attachments `attached` (nvert).
 bool om__grid_is_fixed_by(const Grid* grid, const OmTetMesh* mesh, const unsigned char* attached,
                           int block);
+
+// The grasping point of a block that has one, on a body with vertices x. World frame, m.
+OmVec3 om__grid_point(const Grid* grid, const double* x, int block);
 
 static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
     return om_pose_apply(om_pose_inverse(grid->task), p_world);

@@ -118,10 +118,8 @@ void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radi
     g->number = ++u->ngrasp;
     g->pose_world_tip = pose_world_tip;
     g->radius = radius;
-    g->nvert = 0;
     u->nnode = om_body_node_count(twin);
-    for (int v = 0; v < u->nnode; ++v)
-        if (om_body_node_held_by(twin, v) == arm) g->vert[g->nvert++] = v;
+    g->nvert = om_body_find_held_nodes(twin, arm, pose_world_tip.p, radius, g->vert);
 }
 
 void om__updater_take_rest(OmUpdater* u, OmScan* scan) {

@@ -184,23 +184,34 @@ void om__match_evidence_done(MatchEvidence* j) {
     om_free(j->went);
 }
 
-// The twin of an acquisition as believed: where the caller does not give it, at rest with the attachments of the site.
+// Springs of the attachments that the twin has: those of the newest acquisition, else of the site.
+static void set_believed(MatchEvidence* j) {
+    OmMatch* m = j->match;
+    const OmAcquisition* newest = &j->acq[j->nacq - 1];
+    const OmMeshSet* set = om_tet_mesh_find_set(m->view.mesh, "attachment");
+    for (int i = 0, k = 0; i < m->view.ncandidate; ++i) {  // both ascend
+        while (set && k < set->nvert && set->vert[k] < m->candidate[i]) ++k;
+        bool is_attached = set && k < set->nvert && set->vert[k] == m->candidate[i];
+        if (newest->attached) is_attached = newest->attached[m->candidate[i]];
+        j->spring[i] = is_attached ? m->def.foundation * m->area[i] : 0;
+    }
+}
+
+// The twin of an acquisition as believed, at rest as the sets on trial are: in the shape of its body, of other elements
+// and with another hold, a right belief looked wrong. The body's shape where no attachments are stated with it, or no
+// rest is found.
 static OmStatus find_before(MatchEvidence* j, int a) {
     OmMatch* m = j->match;
     const OmAcquisition* acq = &j->acq[a];
     size_t n3 = 3 * (size_t)m->view.mesh->nvert;
     double* x = j->x_before + (size_t)a * n3;
     memcpy(x, acq->x_twin ? acq->x_twin : m->view.mesh->x, n3 * sizeof *x);
-    if (acq->x_twin) return OM_OK;
-    const OmMeshSet* set = om_tet_mesh_find_set(m->view.mesh, "attachment");
-    for (int i = 0, k = 0; i < m->view.ncandidate; ++i) {  // both ascend
-        while (set && k < set->nvert && set->vert[k] < m->candidate[i]) ++k;
-        bool is_attached = set && k < set->nvert && set->vert[k] == m->candidate[i];
-        j->spring[i] = is_attached ? m->def.foundation * m->area[i] : 0;
-    }
+    if (acq->x_twin && !j->acq[j->nacq - 1].attached) return OM_OK;
+    set_believed(j);
     OmMatchLoad load = {
         .spring = j->spring, .ngrasp = acq->ngrasp, .grasp = acq->grasp, .tolerance = 2e-4};
     OmStatus status = om_match_find_rest(m, &load, x, NULL);
+    if (status == OM_NOT_CONVERGED && acq->x_twin) memcpy(x, acq->x_twin, n3 * sizeof *x);
     return status < 0 ? om_error_prefix(status, "acquisition %d", a) : OM_OK;
 }
 

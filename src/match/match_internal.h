@@ -89,6 +89,7 @@ typedef struct MatchTrier {  // om__match_trier_done frees
     double* spring;    // scratch, of candidates
     double* distance;  // scratch, of the points of all scans
     double* mean;      // m, of each scan, by the last measurement       (nacq)
+    double young;      // as OmMatchLoad has it
 } MatchTrier;
 
 /// As om_match_update has them. @return OM_OK; OM_INVALID

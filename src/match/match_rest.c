@@ -199,7 +199,8 @@ static void add_load(OmMatch* m, const OmMatchLoad* load, const double* x, doubl
                      double* f, OmBsr* A) {
     const OmTetMesh* mesh = m->view.mesh;
     const double* mass = om_fem_mass(m->solid);
-    OmVec3 gravity = m->def.site->gravity;
+    // Only the weight does not change with the modulus: energy and forces are those over the factor.
+    OmVec3 gravity = om_scale(load->young > 0 ? 1 / load->young : 1, m->def.site->gravity);
     for (int v = 0; v < mesh->nvert && !A; ++v) {
         *energy -= mass[v] * om_dot(gravity, om_load3(x, v));
         if (f) om_store3(f, v, om_madd(om_load3(f, v), -mass[v], gravity));

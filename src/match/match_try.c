@@ -78,6 +78,7 @@ OmStatus om__match_try(MatchTrier* t, const unsigned char* attached, double* x, 
         OmMatchLoad load = {.spring = t->spring,
                             .ngrasp = t->acq[a].ngrasp,
                             .grasp = t->acq[a].grasp,
+                            .young = t->young,
                             .max_newton = FIRST_NEWTON,
                             .tolerance = TOLERANCE};
         OmStatus status = om_match_find_rest(m, &load, x + (size_t)a * n3, NULL);

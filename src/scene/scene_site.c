@@ -143,6 +143,7 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
     OmStatus status = role == OM_SITE_TWIN ? build_twin(scene, progress, site)
                                            : build_world(scene, progress, site);
     site->role = role;
+    site->element = om_scene_element(scene, role);
     om__site_set_stiffness(scene, site);
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
     if (status == OM_OK && site->attach_foundation > 0 && held && held->nvert > 0 &&

@@ -171,7 +171,7 @@ static OmStatus repeat(OmAhead* a, Belief* belief, int arm, int block, OmPlanVer
     soft.body = a->soft;
     *exposes = false;
     om_body_restore(a->soft, a->released);
-    const OmVec3 p = om_load3(om_body_x(a->soft), belief->grid->vert[block]);
+    const OmVec3 p = om__grid_point(belief->grid, om_body_x(a->soft), block);
     OmStatus status = om_body_grasp(a->soft, arm, (OmPose){p, belief->grid->task.q},
                                     belief->task->grasp_radius, &nheld);
     if (status == OM_INVALID) return OM_OK;  // all tissue in reach is attached

@@ -260,7 +260,7 @@ static OmStatus try_folds(Try* t, bool exposes[2]) {
 OmStatus om__attempt_run(const Attempt* a, int arm, int block, AttemptResult* result) {
     *result = (AttemptResult){.fold = OM_PLAN_PULL, .force = a->has_forces ? 0 : -1};
     Try t = {.a = a, .best = result, .arm = arm, .force_max = a->has_forces ? 0 : -1};
-    OmVec3 p = om_load3(om_body_x(a->body), a->grid->vert[block]);
+    OmVec3 p = om__grid_point(a->grid, om_body_x(a->body), block);
     t.tip = t.grasp_tip = om__to_task(a->grid, p);
     result->is_in_reach = reach(&t, t.tip);
     if (!result->is_in_reach) return OM_OK;

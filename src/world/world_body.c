@@ -260,11 +260,36 @@ static int vertex_of(const OmBody* b, int node) {
     return node < nvert ? node : node - nvert + om_tissue_corner_count(b->model->tissue);
 }
 
-int om_body_node_held_by(const OmBody* b, int node) {
+// The arm that holds a midpoint of shells: all of it, or one end where it is within `radius` of the tip.
+static bool is_mid_held(const OmBody* b, int mid, int arm, OmVec3 tip, double radius) {
     const signed char* by = om_body_held_by(b);
-    const int mid = node - b->model->site->mesh.nvert, *end = b->model->mid_end;
-    if (!end || mid < 0) return by[vertex_of(b, node)];
-    return by[end[2 * mid]] == by[end[2 * mid + 1]] ? by[end[2 * mid]] : -1;
+    const int* end = b->model->mid_end + 2 * mid;
+    const OmVec3 p = om_load3(om_body_x(b), end[0]), q = om_load3(om_body_x(b), end[1]);
+    if (!(radius < HUGE_VAL)) return by[end[0]] == arm && by[end[1]] == arm;
+    return (by[end[0]] == arm || by[end[1]] == arm) &&
+           om_distance(om_scale(0.5, om_add(p, q)), tip) <= radius;
+}
+
+static int find_shell_nodes(const OmBody* b, int arm, OmVec3 tip, double radius, int* node) {
+    const int nvert = b->model->site->mesh.nvert;
+    int n = 0;
+    for (int v = 0; v < nvert; ++v)
+        if (om_body_held_by(b)[v] == arm && om_distance(om_load3(om_body_x(b), v), tip) <= radius)
+            node[n++] = v;
+    for (int k = 0; k < b->model->nmid; ++k)
+        if (is_mid_held(b, k, arm, tip, radius)) node[n++] = nvert + k;
+    return n;
+}
+
+int om_body_find_held_nodes(const OmBody* b, int arm, OmVec3 tip, double radius, int* node) {
+    int n = 0;
+    if (b->model->mid_end) {
+        n = find_shell_nodes(b, arm, tip, radius, node);
+        return n > 0 ? n : find_shell_nodes(b, arm, tip, HUGE_VAL, node);
+    }
+    for (int v = 0; v < om_body_node_count(b); ++v)
+        if (om_body_held_by(b)[vertex_of(b, v)] == arm) node[n++] = v;
+    return n;
 }
 
 void om_body_get_nodes(const OmBody* b, double* x) {

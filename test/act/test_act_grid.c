@@ -38,6 +38,46 @@ static void blocks_and_their_points(void** state) {
     om_site_done(&site);
 }
 
+// Shells are grasped in the middle of a face: of 16 cells of 7.5 mm, middles of blocks of 24 mm are at most 3 mm away.
+static void points_of_shells(void** state) {
+    (void)state;
+    static const double nearest[5] = {-0.04875, -0.02625, 0.00375, 0.02625,
+                                      0.04875};  // or its mirror image
+    OmScene scene = easy_scene();
+    scene.tissue.element = OM_ELEMENT_SHELL;
+    scene.tissue.cells = om_vec3(16, 16, 2);  // only faces on top count
+    scene.task.grid = 5;
+    OmSite site;
+    OmBody* body;
+    Grid grid;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_int_equal(site.element, OM_ELEMENT_SHELL);
+    assert_ok(om__grid_build(&scene.task, &site, &grid));
+    for (int b = 0; b < 25; ++b) {
+        const OmVec3 p = grid.tip[b];
+        assert_near(fabs(p.x), fabs(nearest[b % 5]), 1e-9);
+        assert_near(fabs(p.y), fabs(nearest[b / 5]), 1e-9);
+        assert_true(b % 5 == 2 || p.x * nearest[b % 5] > 0);
+        assert_near(p.z, 0.005, 1e-9);
+        const OmVec3 q = om__grid_point(&grid, site.mesh.x, b);
+        assert_near(om_distance(om_pose_apply(grid.task, p), q), 0, 1e-9);
+        assert_near(om_distance(q, om_load3(site.mesh.x, grid.vert[b])), 0.00375 * sqrt(2), 1e-9);
+    }
+    // The body holds the face, and nothing else.
+    scene.tissue.cells = om_vec3(16, 16, 1);
+    om_site_done(&site);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om__grid_build(&scene.task, &site, &grid));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    int nheld;
+    const OmPose pose = {om_pose_apply(grid.task, grid.tip[7]), grid.task.q};
+    assert_ok(om_body_grasp(body, 0, pose, 0.005, &nheld));
+    assert_int_equal(nheld, 4);
+    for (int k = 0; k < 4; ++k) assert_int_equal(om_body_held_by(body)[grid.face[7][k]], 0);
+    om_body_destroy(body);
+    om_site_done(&site);
+}
+
 static void the_finest_grid_fits(void** state) {
     (void)state;
     OmScene scene = linear_sheet();
@@ -81,6 +121,7 @@ static void a_scene_states_the_range(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_and_their_points),
+        cmocka_unit_test(points_of_shells),
         cmocka_unit_test(the_finest_grid_fits),
         cmocka_unit_test(a_scene_states_the_range),
     };

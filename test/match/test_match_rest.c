@@ -98,10 +98,9 @@ static void test_derivatives(void** state) {
 }
 
 // The body of the same scene, settled with its tool at the same place: another solver, contact and equilibrium.
-static void check_body(OmTissueElement element, double bound) {
+static void check_body(OmTissueElement element, OmMatchGrasp grasp, double bound) {
     Rig rig;
     begin_of(&rig, 12, element);
-    OmMatchGrasp grasp = grasp_edge(0.025);
     OmMatchLoad load = {.spring = rig.spring, .ngrasp = 1, .grasp = &grasp};
     OmMatchRest rest;
     OmBody* body;
@@ -111,9 +110,8 @@ static void check_body(OmTissueElement element, double bound) {
     int nheld;
     assert_int_equal(om_body_grasp(body, 0, grasp.pose_world_grasp, grasp.radius, &nheld), OM_OK);
     assert_int_equal(om_body_node_count(body), rig.view->mesh->nvert);
-    int *held = malloc(sizeof *held * (size_t)rig.view->mesh->nvert), n = 0;
-    for (int v = 0; v < rig.view->mesh->nvert; ++v)
-        if (om_body_node_held_by(body, v) == 0) held[n++] = v;
+    int* held = malloc(sizeof *held * (size_t)rig.view->mesh->nvert);
+    int n = om_body_find_held_nodes(body, 0, grasp.pose_world_grasp.p, grasp.radius, held);
     grasp.vert = held;
     grasp.nvert = n;
     om_body_get_nodes(body, rig.x);
@@ -142,14 +140,75 @@ static void check_body(OmTissueElement element, double bound) {
 
 static void test_body(void** state) {
     (void)state;
-    check_body(OM_ELEMENT_LINEAR, 0.03);
+    check_body(OM_ELEMENT_LINEAR, grasp_edge(0.025), 0.03);
 }
 
-// The twin of shells, and the estimate's quadratic elements on the same vertices.
+// The twin of shells, and the estimate's quadratic elements on the same vertices. In the middle of a face both hold it.
 static void test_body_of_shells(void** state) {
     (void)state;
-    check_body(OM_ELEMENT_SHELL,
+    OmMatchGrasp grasp = grasp_edge(0.025);
+    grasp.radius = 0.0073;
+    grasp.pose_world_grasp.p = om_vec3(0.055, 0.005, 0.005);
+    grasp.pose_world_now.p = om_vec3(0.050, 0.005, 0.030);
+    check_body(OM_ELEMENT_SHELL, grasp,
                0.06);  // coarse: quadratic elements on quadratic ones differ by 3 %
+}
+
+// The nodes that shells hold, around a tip at a vertex: one of the four faces there is held, on one side of it.
+static void test_held_nodes(void** state) {
+    (void)state;
+    Rig rig;
+    OmBody* body;
+    int nheld, n = 0;
+    begin_of(&rig, 12, OM_ELEMENT_SHELL);
+    const OmPose at = {om_vec3(0.02, 0.01, 0.005), om_quat_identity()};
+    assert_int_equal(om_body_create(&rig.scene, &rig.site, 1, &body), OM_OK);
+    int* held = malloc(sizeof *held * (size_t)om_body_node_count(body));
+    assert_int_equal(om_body_find_held_nodes(body, 0, at.p, 0.0055, held), 0);
+    assert_int_equal(om_body_grasp(body, 0, at, 0.0055, &nheld), OM_OK);
+    const int nnode = om_body_find_held_nodes(body, 0, at.p, 0.0055, held);
+    for (int v = 0; v < rig.view->mesh->nvert; ++v)
+        if (om_distance(om_load3(rig.view->mesh->x, v), at.p) <= 0.0055)
+            assert_true(n < nnode && held[n++] == v);
+    assert_int_equal(n, nnode);
+    assert_int_equal(om_body_find_held_nodes(body, 1, at.p, 0.0055, held), 0);
+    // None within the radius: all that is held.
+    const int all = om_body_find_held_nodes(body, 0, om_vec3(1, 0, 0), 0.0055, held);
+    assert_true(all > nheld);
+    for (int k = 0; k < nheld; ++k) assert_int_equal(om_body_held_by(body)[held[k]], 0);
+    om_body_destroy(body);
+    free(held);
+    end(&rig);
+}
+
+// Tissue of twice the modulus, by the load and by the scene.
+static void test_modulus_of_the_load(void** state) {
+    (void)state;
+    Rig a, b;
+    double moved = 0;
+    begin(&a, 8);
+    begin(&b, 8);
+    om_match_destroy(b.match);
+    b.site.young *= 2;
+    OmMatchDef def = om_match_default_def(&b.scene, &b.site);
+    assert_int_equal(om_match_create(&def, &b.match), OM_OK);
+    OmMatchGrasp grasp = grasp_edge(0.02);
+    OmMatchLoad load = {.ngrasp = 1, .grasp = &grasp, .young = 2};
+    memcpy(a.x, a.view->mesh->x, 3 * sizeof *a.x * (size_t)a.view->mesh->nvert);
+    memcpy(b.x, a.x, 3 * sizeof *a.x * (size_t)a.view->mesh->nvert);
+    assert_int_equal(om_match_find_rest(a.match, &load, a.x, NULL), OM_OK);
+    load.young = 0;
+    assert_int_equal(om_match_find_rest(b.match, &load, b.x, NULL), OM_OK);
+    for (int i = 0; i < 3 * a.view->mesh->nvert; ++i) assert_near(a.x[i], b.x[i], 1e-7);
+    load.young = 1;
+    assert_int_equal(om_match_find_rest(b.match, &load, b.x, NULL), OM_OK);  // the same
+    for (int i = 0; i < 3 * a.view->mesh->nvert; ++i) assert_near(a.x[i], b.x[i], 1e-7);
+    assert_int_equal(om_match_find_rest(a.match, &load, a.x, NULL), OM_OK);
+    for (int i = 0; i < 3 * a.view->mesh->nvert; ++i) moved = fmax(moved, fabs(a.x[i] - b.x[i]));
+    printf("twice the modulus: up to %.2f mm\n", 1e3 * moved);
+    assert_true(moved > 5e-4);
+    end(&a);
+    end(&b);
 }
 
 static void test_refusals(void** state) {
@@ -214,9 +273,12 @@ static void test_memory(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_body),
-        cmocka_unit_test(test_body_of_shells), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_body),
+                                       cmocka_unit_test(test_body_of_shells),
+                                       cmocka_unit_test(test_held_nodes),
+                                       cmocka_unit_test(test_modulus_of_the_load),
+                                       cmocka_unit_test(test_refusals),
+                                       cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

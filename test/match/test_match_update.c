@@ -285,6 +285,38 @@ static void test_the_present_set_gains(void** state) {
     end(&rig);
 }
 
+// A scan of softer tissue, held where the twin believes: other attachments imitate it, and do not replace these.
+static void test_the_modulus_explains(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    unsigned char* truth = malloc((size_t)rig.twin.mesh.nvert);
+    OmScene scene = rig.scene;
+    OmSite soft;
+    scene.world.young_factor *= 0.5;
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &soft));
+    OmAcquisition a = rig.acq[0];
+    OmBody* body = lift(&scene, &soft, 1, &a.grasp[0]);
+    om_scan_done(&rig.acq[0].scan);
+    scan_body(body, &rig.acq[0].scan);
+    om_body_destroy(body);
+    om_site_done(&soft);
+    mark_true(&rig, truth);
+    a.scan = rig.acq[0].scan;
+    a.attached = truth;
+    a.x_twin = NULL;
+    OmMatchAdvice advice = {.present = truth};
+    OmMatchEstimate e;
+    assert_ok(om_match_update_with(rig.match, 1, &a, &advice, NULL, &e));
+    printf("softer: %s; before %.2f mm\n", e.reason, 1e3 * e.before_mean);
+    assert_false(e.is_accepted);
+    assert_true(e.after_mean < 0.5 * e.before_mean);  // others are much nearer
+    assert_non_null(strstr(e.reason, "0.5 times the modulus"));
+    om_match_estimate_done(&e);
+    free(truth);
+    end(&rig);
+}
+
 // Tissue that the scan shows 3 mm above its place is not at rest.
 static void test_what_counts_as_still(void** state) {
     (void)state;
@@ -460,6 +492,7 @@ int main(void) {
                                        cmocka_unit_test(test_advice),
                                        cmocka_unit_test(test_sets),
                                        cmocka_unit_test(test_the_present_set_gains),
+                                       cmocka_unit_test(test_the_modulus_explains),
                                        cmocka_unit_test(test_what_counts_as_still),
                                        cmocka_unit_test(test_one_is_left_out),
                                        cmocka_unit_test(test_slid_tissue_is_left_out),
