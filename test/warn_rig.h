@@ -72,7 +72,6 @@ typedef struct Seen {
     OmWorld* world;
     int ndoubt, nrest;  // doubts; vertices still attached after the last one
     int nhand;          // of these below the block in hand
-    int nfirst;         // doubts of the first belief
     int naction;        // when it began
 } Seen;
 
@@ -102,8 +101,6 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     s->ntaken += event->stage == OM_UPDATE_TAKEN;
     if (event->stage != OM_UPDATE_DOUBTED) return OM_OK;
     ++s->ndoubt;
-    s->nfirst +=
-        strcmp(event->reason, "the attachments that were believed before the operation") == 0;
     s->nrest = s->nhand = 0;
     s->naction = om_loop_result(loop)->naction;
     for (int v = 0; v < event->estimate->nvert; ++v) {

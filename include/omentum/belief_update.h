@@ -34,7 +34,8 @@ extern "C" {
 ///         with the error message as its reason
 typedef OmStatus (*OmEstimateFn)(void* ctx, int nacquisition, const OmAcquisition* acquisition,
                                  const OmProgress* progress, OmMatchEstimate* estimate);
-/// om_match_update, an OmEstimateFn. `ctx` is an OmMatch of the twin's site.
+/// om_match_update_with, an OmEstimateFn, with the attachments of the newest acquisition as present ones. `ctx` is an
+/// OmMatch of the twin's site.
 /// @return as om_match_update
 OM_API OmStatus om_update_estimate_by_match(void* ctx, int nacquisition,
                                             const OmAcquisition* acquisition,

@@ -21,7 +21,7 @@ OmStatus om__belief_begin(Belief* b, const OmExposure* exposure) {
 
 void om__belief_done(Belief* b) {
     om_match_adoption_destroy(b->adoption);
-    om_free(b->always);
+    om_free(b->probability);
     om_free(b->source);
 }
 

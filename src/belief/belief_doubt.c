@@ -1,47 +1,34 @@
-// belief_doubt.c: what the loop does with attachments that not every estimate has, when no plan is left (ours).
+// belief_doubt.c: what the loop does with uncertain attachments when no plan is left (ours).
 //
-// An estimate that attaches too much rules out the points above it, also points that are free. When no point is left,
-// the twin frees all vertices that were free in some belief of this operation: the first one, or an estimate. What
-// remains is the intersection of the beliefs; the thesis (4.3.4) takes the intersection of the latest predictions for
-// every update, where one estimate too few hides a true attachment. Here it is taken only where the loop would end. The
-// force limit and the monitor watch the grasps that follow, and each later estimate narrows the intersection further.
+// An estimate attaches what is attached as probably as not, also where no pull has shown anything (expected Dice
+// coefficient), and rules out the points above it. When no point is left, the twin frees the least probable of its
+// attachments: those up to the level at which one more point may be grasped. The force limit and the monitor watch the
+// grasp that follows; the next estimate gives all of them new probabilities.
 //
-// The intersection never frees what the first belief and all estimates have. Where another patch is believed, the
-// points that expose the ROI often lie above the first belief, which no estimate corrects where no tissue was lifted.
-// So where the intersection gives no new point, or is the one that was left before, the twin gives up the first belief,
-// and keeps what the last estimate has beyond it; at last it gives up everything but what a person has marked. Each of
-// the two once, and only after a warning: without one nothing says that the belief is wrong.
+// Until an estimate is adopted, all of the first belief is as probable as not. Nothing is doubted before the first
+// warning: without one nothing says that the belief is wrong. Never freed is what a person has marked, and what an
+// estimate attaches below a block in hand, until one frees it: the pull itself has shown it. (Where it was freed, the
+// arm pulled further at attached tissue, to 3.8 N in truth at 1.3 N of the twin.)
 //
-// No doubt frees what an estimate attaches below the block in hand: the pull itself has shown it. (Where it was freed,
-// the arm pulled further at attached tissue, to 3.8 N in truth at 1.3 N of the twin.) So the action after a doubt is a
-// release, and a grasp is doubted once.
-//
-// Rejected (doc/notes/defras.md): the first belief given up only where the intersection gives no new point (not exposed
-// in 150 actions, now 82); tissue laid back before its release and the second fold from where the first began (11 of 17
-// exposed as before, 10.0 N in truth).
+// Rejected (doc/notes/defras.md): to free what was free in some belief of the operation, then the first belief, then
+// everything: a twin that knew no attachment before was then free as a whole, slid, and no estimate fitted any more.
+#include <stdio.h>
 #include <string.h>
 
 #include "belief/belief_state.h"
 #include "belief/belief_updater.h"
 
-typedef enum Doubt { DOUBT_SOME, DOUBT_FIRST, DOUBT_ALL, NDOUBT } Doubt;
-enum { SOURCE_FIRST = 1, SOURCE_PERSON, SOURCE_PULL };  // of an attachment
+#define UNKNOWN 0.5  // probability of an attachment of which no estimate says anything
 
-static const char* const doubted[NDOUBT] = {
-    "attachments that not every estimate has",
-    "the attachments that were believed before the operation",
-    "all attachments but those that a person marked or a pull showed",
-};
+enum { SOURCE_PERSON = 1, SOURCE_PULL };  // of an attachment that is never doubted
 
 OmStatus om__doubt_create(Belief* belief) {
     const size_t n = (size_t)om_body_site(belief->twin)->mesh.nvert;
     if (!belief->updater || !belief->updater->def.estimate) return OM_OK;
-    OM_ALLOC(belief->always, n);
-    OM_ALLOC(belief->source, n);
-    memcpy(belief->always, om_body_attached(belief->twin), n);
-    for (size_t v = 0; v < n; ++v) belief->source[v] = belief->always[v] ? SOURCE_FIRST : 0;
-    belief->has_narrowed = true;
-    return OM_OK;
+    OM_ALLOC(belief->probability, n);
+    belief->source = om_calloc(n, 1);
+    for (size_t v = 0; v < n; ++v) belief->probability[v] = UNKNOWN;
+    return belief->source ? OM_OK : OM_NO_MEMORY;
 }
 
 static bool is_in_hand(const Belief* belief, int vert) {
@@ -53,11 +40,10 @@ static bool is_in_hand(const Belief* belief, int vert) {
     return false;
 }
 
-void om__doubt_note(Belief* belief, const unsigned char* attached) {
+void om__doubt_note(Belief* belief, const unsigned char* attached, const double* probability) {
     const int n = om_body_site(belief->twin)->mesh.nvert;
-    for (int v = 0; belief->always && v < n; ++v) {
-        belief->has_narrowed = belief->has_narrowed || (belief->always[v] && !attached[v]);
-        belief->always[v] = belief->always[v] && attached[v];
+    for (int v = 0; belief->source && v < n; ++v) {
+        belief->probability[v] = probability ? probability[v] : UNKNOWN;
         if (attached[v] && belief->source[v] != SOURCE_PERSON && is_in_hand(belief, v))
             belief->source[v] = SOURCE_PULL;
         if (!attached[v] && belief->source[v] == SOURCE_PULL) belief->source[v] = 0;
@@ -65,82 +51,61 @@ void om__doubt_note(Belief* belief, const unsigned char* attached) {
 }
 
 void om__doubt_mark(Belief* belief, int vert, bool is_attached) {
-    if (!belief->always) return;
-    belief->always[vert] = is_attached;
-    belief->source[vert] = is_attached ? SOURCE_PERSON : 0;
-    belief->has_narrowed = true;
+    if (belief->source) belief->source[vert] = is_attached ? SOURCE_PERSON : 0;
 }
 
-// A point that may be grasped with the attachments `rest`, and not with those of the twin.
-static bool has_new_point(const Belief* belief, const unsigned char* rest) {
+// The level up to which attachments must be freed until nothing holds a block; above 1: it may not be freed.
+static double level_of(const Belief* belief, const unsigned char* was, int block) {
+    const OmTetMesh* mesh = &om_body_site(belief->twin)->mesh;
+    double level = 0;
+    for (int v = 0; v < mesh->nvert; ++v)
+        if (was[v] && om__grid_loads(belief->grid, block, om_load3(mesh->x, v)))
+            level = fmax(level, belief->source[v] ? 2 : belief->probability[v]);
+    return level;
+}
+
+// The least level at which a point may be grasped that may not be now; above 1: there is none.
+static double find_level(const Belief* belief, const unsigned char* was) {
     const OmSituation* s = &belief->situation;
+    double least = 2;
     for (int b = 0; b < belief->grid->n * belief->grid->n; ++b)
         if (s->is_fixed[b] && s->reachable[b] && !s->is_forbidden[b] &&
-            !((s->tried[b] | belief->tried[b]) & OM_TRIED_GRASP) &&
-            !om__grid_is_fixed_by(belief->grid, &om_body_site(belief->twin)->mesh, rest, b))
-            return true;
-    return false;
-}
-
-// What stays of the attachments `was` of the twin.
-static void make_rest(const Belief* belief, Doubt doubt, const unsigned char* was,
-                      unsigned char* rest) {
-    const int n = om_body_site(belief->twin)->mesh.nvert;
-    for (int v = 0; v < n; ++v) {
-        const int from = belief->source[v];
-        const bool stays = doubt == DOUBT_SOME    ? belief->always[v]
-                           : doubt == DOUBT_FIRST ? from != SOURCE_FIRST
-                                                  : from == SOURCE_PERSON;
-        rest[v] = was[v] && (stays || from == SOURCE_PULL);
-    }
-}
-
-// The least doubt that gives a new point; NDOUBT: none. The first belief is doubted after a warning, and once: also
-// where an intersection that was taken before is left again, for the estimates since then have taught nothing.
-static Doubt choose(const Belief* belief, const unsigned char* was, unsigned char* rest) {
-    const bool is_warned = belief->updater->nestimate > 0;
-    make_rest(belief, DOUBT_SOME, was, rest);
-    const bool has_some = has_new_point(belief, rest);
-    if (has_some && belief->has_narrowed) return DOUBT_SOME;
-    for (int k = DOUBT_FIRST; k < NDOUBT && is_warned; ++k) {
-        if (k <= belief->doubt || (has_some && k == DOUBT_ALL)) continue;
-        make_rest(belief, (Doubt)k, was, rest);
-        if (has_new_point(belief, rest)) return (Doubt)k;
-    }
-    make_rest(belief, DOUBT_SOME, was, rest);
-    return has_some ? DOUBT_SOME : NDOUBT;
+            !((s->tried[b] | belief->tried[b]) & OM_TRIED_GRASP))
+            least = fmin(least, level_of(belief, was, b));
+    return least;
 }
 
 OmStatus om__doubt_free(Belief* belief, bool* is_changed) {
     const size_t n = (size_t)om_body_site(belief->twin)->mesh.nvert;
     *is_changed = false;
-    if (!belief->always) return OM_OK;
+    if (!belief->source || belief->updater->nestimate == 0) return OM_OK;
     OmStatus status = OM_OK;
     unsigned char *was = NULL, *rest = NULL;
     OM_ALLOC_DONE(was, n);
     OM_ALLOC_DONE(rest, n);
     memcpy(was, om_body_attached(belief->twin), n);
     om_match_adoption_get_goal(belief->adoption, was);
-    const Doubt doubt = choose(belief, was, rest);
-    if (doubt == NDOUBT) goto done;
+    const double level = find_level(belief, was);
+    if (level > 1) goto done;
     *is_changed = true;
-    if (doubt > DOUBT_SOME) belief->doubt = doubt;
-    belief->has_narrowed = false;
-    memcpy(belief->always, rest, n);
+    for (size_t v = 0; v < n; ++v)
+        rest[v] = was[v] && (belief->source[v] || belief->probability[v] > level);
     // What stays is a part of what the twin has.
-    OM_TRY_DONE(om_match_adoption_begin(belief->adoption, belief->twin, belief->always,
+    OM_TRY_DONE(om_match_adoption_begin(belief->adoption, belief->twin, rest,
                                         om_body_attachment_stiffness(belief->twin),
                                         OM_MATCH_ADOPT_TIME));
     belief->is_corrected = true;
     om__belief_forget_exposure(belief);
     om__force_reset(belief);
-    const OmMatchEstimate kept = {.nvert = (int)n, .attached = belief->always};
+    char reason[64];
+    snprintf(reason, sizeof reason, "attachments that are at most %.0f %% probable", 100 * level);
+    const OmMatchEstimate kept = {.nvert = (int)n, .attached = rest};
     const OmUpdateEvent event = {.stage = OM_UPDATE_DOUBTED,
                                  .index = belief->updater->nestimate - 1,
                                  .tick = belief->act->tick,
                                  .time = belief->act->time,
                                  .estimate = &kept,
-                                 .reason = doubted[doubt],
+                                 .reason = reason,
                                  .was_attached = was};
     OM_TRY_DONE(om__belief_tell(belief, &event));
 done:

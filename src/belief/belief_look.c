@@ -161,7 +161,7 @@ static OmStatus adopt(Belief* belief) {
     OM_TRY_DONE(om_match_adoption_begin(belief->adoption, belief->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);
-    om__doubt_note(belief, u->estimate.attached);
+    om__doubt_note(belief, u->estimate.attached, u->estimate.probability);
     om__belief_forget_exposure(belief);
     om__force_reset(belief);
     OM_TRY_DONE(end_record(belief, OM_UPDATE_ADOPTED, "", was));

@@ -76,10 +76,8 @@ typedef struct Belief {
     int update_capacity;        // of the record
 
     // belief_doubt.c
-    unsigned char* always;  // attached in every belief of the operation, or null  (nvert)
-    unsigned char* source;  // where attachments come from                         (nvert)
-    int doubt;              // the strongest doubt until now
-    bool has_narrowed;      // the intersection is not that of the last doubt
+    double* probability;    // of being attached, by the last estimate    (nvert)
+    unsigned char* source;  // above 0: is never doubted; null: nothing is  (nvert)
 } Belief;
 
 // ---- belief.c ----------------------------------------------------------------------------------------------
@@ -146,8 +144,9 @@ bool om__look_stops_reach(
 // ---- doubts (belief_doubt.c) -------------------------------------------------------------------------------------
 
 OmStatus om__doubt_create(Belief* belief);
-void om__doubt_note(Belief* belief, const unsigned char* attached);  // an adopted estimate
-void om__doubt_mark(Belief* belief, int vert, bool is_attached);     // by a person
+// An adopted estimate; `probability` may be null.
+void om__doubt_note(Belief* belief, const unsigned char* attached, const double* probability);
+void om__doubt_mark(Belief* belief, int vert, bool is_attached);  // by a person
 // When no plan is left: begin to free what is doubted, if a point can be grasped then.
 OmStatus om__doubt_free(Belief* belief, bool* is_changed);
 bool om__doubt_is_over(const Belief* belief);

@@ -24,7 +24,9 @@ const char* om_update_stage_text(OmUpdateStage stage) {
 
 OmStatus om_update_estimate_by_match(void* ctx, int nacquisition, const OmAcquisition* acquisition,
                                      const OmProgress* progress, OmMatchEstimate* estimate) {
-    return om_match_update(ctx, nacquisition, acquisition, progress, estimate);
+    const OmMatchAdvice advice = {
+        .present = nacquisition > 0 ? acquisition[nacquisition - 1].attached : NULL};
+    return om_match_update_with(ctx, nacquisition, acquisition, &advice, progress, estimate);
 }
 
 OmStatus om_update_estimate_by_banet(void* ctx, int nacquisition, const OmAcquisition* acquisition,

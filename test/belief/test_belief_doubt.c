@@ -9,8 +9,8 @@ static void test_doubt(void** state) {
         Course c;
         begin_doubt(&c, doubt_scene(0.99), 14, 1);
         if (!has_doubt) {
-            om_free(c.loop->belief.always);
-            c.loop->belief.always = NULL;
+            om_free(c.loop->belief.source);
+            c.loop->belief.source = NULL;
         }
         // a quick run ends where another point is grasped
         while (om_loop_phase(c.loop) != OM_LOOP_ENDED &&
@@ -39,7 +39,7 @@ static void test_what_a_pull_showed(void** state) {
     (void)state;
     Course c;
     begin_doubt(&c, doubt_scene(0.99), 14, 1);
-    while (!c.loop->belief.always) assert_ok(om_loop_tick(c.loop));
+    while (!c.loop->belief.source) assert_ok(om_loop_tick(c.loop));
     Belief* belief = &c.loop->belief;
     const OmTetMesh* mesh = &om_body_site(belief->twin)->mesh;
     unsigned char* all = om_calloc((size_t)mesh->nvert, 1);
@@ -52,7 +52,7 @@ static void test_what_a_pull_showed(void** state) {
     }
     om__doubt_mark(belief, person, true);
     const unsigned char mark = belief->source[person];
-    om__doubt_note(belief, all);
+    om__doubt_note(belief, all, NULL);
     for (int v = 0; v < mesh->nvert; ++v) {
         const bool is_below = om__grid_loads(belief->grid, 12, om_load3(mesh->x, v));
         assert_int_equal(belief->source[v] != 0, is_below);
@@ -61,10 +61,75 @@ static void test_what_a_pull_showed(void** state) {
     assert_in_range(nmarked, 2, mesh->nvert / 4);
     assert_int_equal(belief->source[person], mark);
     memset(all, 0, (size_t)mesh->nvert);
-    om__doubt_note(belief, all);
+    om__doubt_note(belief, all, NULL);
     for (int v = 0; v < mesh->nvert; ++v) assert_int_equal(belief->source[v] != 0, v == person);
     belief->act->arm[0].in_hand = -1;
     om_free(all);
+    course_end(&c);
+}
+
+// A doubt with all blocks attached, of which block b has the probability 0.3 + 0.02 b: the level, or -1.
+static double doubt_blocks(Course* c, unsigned char* left) {
+    Belief* belief = &c->loop->belief;
+    const OmTetMesh* mesh = &om_body_site(belief->twin)->mesh;
+    const int n = mesh->nvert;
+    int* vert = om_alloc((size_t)n, sizeof *vert);
+    double* p = om_calloc((size_t)n, sizeof *p);
+    unsigned char* all = om_alloc((size_t)n, 1);
+    bool is_changed;
+    for (int v = 0; v < n; ++v) {
+        vert[v] = v;
+        all[v] = 1;
+        p[v] = 0.3 + 0.02 * om__grid_block_of(belief->grid, om_load3(mesh->x, v));
+    }
+    assert_ok(om_body_set_attachment(belief->twin, n, vert, NULL, NULL));
+    om_match_adoption_destroy(belief->adoption);
+    assert_ok(om_match_adoption_create(n, &belief->adoption));
+    om__doubt_note(belief, all, p);
+    for (int b = 0; b < 25; ++b) {
+        belief->situation.is_fixed[b] = true;
+        belief->situation.reachable[b] = true;
+        belief->situation.tried[b] = belief->tried[b] = 0;
+        belief->situation.is_forbidden[b] = b == 0;
+    }
+    belief->updater->nestimate = 1;
+    assert_ok(om__doubt_free(belief, &is_changed));
+    memcpy(left, all, (size_t)n);
+    if (is_changed) om_match_adoption_get_goal(belief->adoption, left);
+    double level = -1;
+    for (int v = 0; v < n; ++v)
+        if (!left[v]) level = fmax(level, p[v]);
+    om_free(vert);
+    om_free(p);
+    om_free(all);
+    return level;
+}
+
+// The least probable attachments are freed, up to the level that frees a point; a forbidden point does not count, and
+// what a person has marked stays.
+static void test_the_least_probable(void** state) {
+    (void)state;
+    Course c;
+    begin_doubt(&c, doubt_scene(0.99), 14, 1);
+    while (!c.loop->belief.source) assert_ok(om_loop_tick(c.loop));
+    Belief* belief = &c.loop->belief;
+    const OmTetMesh* mesh = &om_body_site(belief->twin)->mesh;
+    unsigned char* left = om_alloc((size_t)mesh->nvert, 1);
+    // Vertices between two blocks are of one of them, so freeing block 1 takes block 2 where both share a place.
+    assert_near(doubt_blocks(&c, left), 0.32, 1e-12);
+    for (int v = 0; v < mesh->nvert; ++v)
+        assert_int_equal(left[v], om__grid_block_of(belief->grid, om_load3(mesh->x, v)) > 1);
+    int marked = -1;
+    for (int v = 0; v < mesh->nvert; ++v)
+        if (om__grid_block_of(belief->grid, om_load3(mesh->x, v)) == 1) marked = v;
+    om__doubt_mark(belief, marked, true);
+    assert_near(doubt_blocks(&c, left), 0.34, 1e-12);
+    for (int v = 0; v < mesh->nvert; ++v)
+        assert_int_equal(left[v],
+                         v == marked || om__grid_block_of(belief->grid, om_load3(mesh->x, v)) > 2);
+    for (int v = 0; v < mesh->nvert; ++v) om__doubt_mark(belief, v, true);
+    assert_near(doubt_blocks(&c, left), -1, 0);
+    om_free(left);
     course_end(&c);
 }
 
@@ -88,6 +153,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_doubt),
         cmocka_unit_test(test_what_a_pull_showed),
+        cmocka_unit_test(test_the_least_probable),
         cmocka_unit_test(test_no_doubt_without_a_warning),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -133,8 +133,9 @@ static void plans(void** state) {
     for (int b = 0; b < OM_PLAN_MAX_BLOCK; ++b) loop->belief.tried[b] = OM_TRIED_GRASP;
     decide(loop, STAGE_PLAN, STAGE_ENDED);
     assert_int_equal(loop->result.outcome, OM_RETRACT_NO_PLAN);
-    // all are attached, and no estimate has said so every time
+    // all are attached, by an estimate
     loop = stand(STAGE_PLAN);
+    loop->belief.updater->nestimate = 1;
     const OmMeshSet* under = om_tet_mesh_find_set(&om_body_site(loop->twin)->mesh, "underside");
     assert_ok(om_body_set_attachment(loop->twin, under->nvert, under->vert, NULL, NULL));
     decide(loop, STAGE_PLAN, STAGE_DOUBT);

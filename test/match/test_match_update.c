@@ -278,10 +278,64 @@ static void test_the_present_set_gains(void** state) {
     }
     printf("gained: choice %d, %d attached in truth, %d not\n", e.choice, nright, nwrong);
     assert_true(e.is_accepted && e.choice == 2 && nright > 5);
+    // All that is attached now bears load, as springs by area do: at least a hundredth of the largest.
+    double most = 0, least = 1;
+    for (int i = 0; i < rig.view->ncandidate; ++i) {
+        const int v = rig.view->candidate[i];
+        const double load =
+            rig.view->area[i] * om_distance(om_load3(e.x, v), om_load3(rig.view->mesh->x, v));
+        if (e.attached[v]) most = fmax(most, load), least = fmin(least, load);
+    }
+    assert_true(least > 0.01 * most);
     om_match_estimate_done(&e);
     free(none);
     free(truth);
     free(p);
+    end(&rig);
+}
+
+// A scan that the twin explains to 0.1 mm: attachments that explain it wholly do not replace its own.
+static void test_nearly_right(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    const OmTetMesh* mesh = rig.view->mesh;
+    const OmMeshSet* top = om_tet_mesh_find_set(&rig.twin.mesh, "top");
+    unsigned char *truth = malloc((size_t)mesh->nvert), *more = calloc((size_t)mesh->nvert, 1);
+    double* x = malloc(3 * sizeof *x * (size_t)mesh->nvert);
+    OmMatchTrial trial;
+    OmMatchEstimate e;
+    OmAcquisition a = rig.acq[0];
+    mark_true(&rig, truth);
+    memcpy(x, rig.x_twin[0], 3 * sizeof *x * (size_t)mesh->nvert);
+    assert_ok(om_match_try(rig.match, 1, &a, truth, x, &trial));
+    for (int i = 0; i < top->nvert; ++i) om_store3(a.scan.x, i, om_load3(x, top->vert[i]));
+    // only what faces the camera
+    MatchTrier trier;
+    assert_ok(om__match_trier_begin(rig.match, 1, &a, &trier));
+    assert_ok(om__match_measure(&trier, x, &trial));
+    a.scan.npoint = 0;
+    for (int i = 0; i < top->nvert; ++i)
+        if (trier.fit.distance[i] < 1e-5)
+            om_store3(a.scan.x, a.scan.npoint++, om_load3(x, top->vert[i]));
+    om__match_trier_done(&trier);
+    assert_true(a.scan.npoint > top->nvert / 2);
+    for (int is_far = 0; is_far < 2; ++is_far) {  // 10 and 30 mm too many
+        for (int i = 0; i < rig.view->ncandidate; ++i) {
+            const int v = rig.view->candidate[i];
+            more[v] = mesh->x[3 * v] <= (is_far ? 0.025 : 0.005);
+        }
+        a.attached = more;
+        OmMatchAdvice advice = {.nset = 1, .set = {truth}, .present = more};
+        assert_ok(om_match_update_with(rig.match, 1, &a, &advice, NULL, &e));
+        printf("%.2f -> %.2f mm: %s\n", 1e3 * e.before_mean, 1e3 * e.after_mean, e.reason);
+        assert_true(e.after_mean < 1e-5 && e.before_mean > 1e-4);
+        assert_int_equal(e.is_accepted, is_far);
+        om_match_estimate_done(&e);
+    }
+    free(truth);
+    free(more);
+    free(x);
     end(&rig);
 }
 
@@ -493,6 +547,7 @@ int main(void) {
                                        cmocka_unit_test(test_sets),
                                        cmocka_unit_test(test_the_present_set_gains),
                                        cmocka_unit_test(test_the_modulus_explains),
+                                       cmocka_unit_test(test_nearly_right),
                                        cmocka_unit_test(test_what_counts_as_still),
                                        cmocka_unit_test(test_one_is_left_out),
                                        cmocka_unit_test(test_slid_tissue_is_left_out),
