@@ -278,7 +278,7 @@ static void test_the_present_set_gains(void** state) {
     }
     printf("gained: choice %d, %d attached in truth, %d not\n", e.choice, nright, nwrong);
     assert_true(e.is_accepted && e.choice == 2 && nright > 5);
-    // All that is attached now bears load, as springs by area do: at least a hundredth of the largest.
+    // All that is attached now bears load, as springs by area do: at least a 25th of the largest.
     double most = 0, least = 1;
     for (int i = 0; i < rig.view->ncandidate; ++i) {
         const int v = rig.view->candidate[i];
@@ -286,7 +286,8 @@ static void test_the_present_set_gains(void** state) {
             rig.view->area[i] * om_distance(om_load3(e.x, v), om_load3(rig.view->mesh->x, v));
         if (e.attached[v]) most = fmax(most, load), least = fmin(least, load);
     }
-    assert_true(least > 0.01 * most);
+    printf("least load %.4f of the largest\n", least / most);
+    assert_true(least > 0.04 * most);
     om_match_estimate_done(&e);
     free(none);
     free(truth);
