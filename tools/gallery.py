@@ -8,8 +8,8 @@ Each picture of the page has a block of commands behind its heading, and a comme
 
     <!-- picture: images/gallery/NAME.png from: PATH [#K ...] [width: PIXELS] -->
 
-PATH is a picture, a pattern (the last file of that pattern), or a page: then #K is its K-th embedded picture. Several stand
-side by side. Of a page `NAME.svg` is the K-th drawing, and of a notebook #K is the picture of its K-th picture output.
+PATH is a picture, a pattern (the last file of that pattern), or a page: then #K is its K-th embedded picture, #-K the
+K-th from the end. Several stand side by side. Of a page `NAME.svg` is the K-th drawing, and of a notebook #K is the picture of its K-th picture output.
 Pictures of a browser are made by `make pictures`. PNG files are shrunk to the width (default 480 pixels each).
 """
 import base64
@@ -24,7 +24,7 @@ import picture_row
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "doc/gallery.md"
-ENTRY = re.compile(r"<!-- picture: images/gallery/(\S+) from: (\S+)((?: #\d+)*)(?: width: (\d+))? -->")
+ENTRY = re.compile(r"<!-- picture: images/gallery/(\S+) from: (\S+)((?: #-?\d+)*)(?: width: (\d+))? -->")
 MOST = 150000  # bytes of a picture
 
 
@@ -76,7 +76,7 @@ def take(name, path, numbers, width):
             for number in numbers:
                 parts.append(ROOT / f"out/gallery/.{name}.{number}.png")
                 parts[-1].parent.mkdir(parents=True, exist_ok=True)
-                parts[-1].write_bytes(all_of_it[number - 1])
+                parts[-1].write_bytes(all_of_it[number - (number > 0)])
         picture_row.side_by_side(out, width, parts)
         for part in parts if numbers else []:
             part.unlink()

@@ -254,8 +254,8 @@ typedef struct OmMatchAdvice {  // zero-initialise
     const unsigned char* set[OM_MATCH_MAX_ADVICE];
     // Attachments that the twin has, believed until a scan contradicts them; null: not known. One set more is tried:
     // these, attached where the scans show that tissue stayed and the twin moved it, and free where they show that it
-    // moved. Of the chosen set stays what they have or what bears load. It is refused if they explain the scans as
-    // well, with the scene's modulus or with 0.5 to 2 times of it                        (ncorner)
+    // moved; if it is chosen, of that only what they have or what bears load. An estimate is refused if they explain
+    // the scans as well, with the scene's modulus or with 0.5 to 2 times of it           (ncorner)
     const unsigned char* present;
 } OmMatchAdvice;
 

@@ -10,8 +10,8 @@
 //
 // Where the caller states the attachments that the twin has, these are believed until a scan contradicts them:
 // - One more set is tried: they, attached where the twin moved and the tissue stayed, free where the tissue moved.
-// - Of the chosen set stays what the twin has already and what bears load (drop_idle).
-// - It replaces them only if they do not explain the scans, also with another modulus (try_present).
+// - Of that set, if it is chosen, stays what the twin has already and what bears load (drop_idle).
+// - An estimate replaces them only if they do not explain the scans, also with another modulus (try_present).
 //
 // Rejected (doc/notes/match_update.md): to attach only what the twin lifts by more than 2.5 mm along the normal (DSC
 // 0.24 instead of 0.40); to change vertices by the slope of the distance, with the adjoint of the equilibrium (0.650
@@ -357,8 +357,9 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
     return OM_OK;
 }
 
-// What of the chosen set the twin has already or bears load, if that explains nearly as much. Where nothing is pulled
-// every set explains the scan: of 243 vertices, 0.85 of the underside, in place of 56 true ones, 12 bear load.
+// What of the corrected present set the twin has already or bears load, if that explains nearly as much. A twin that
+// slides as a whole moves wherever the tissue stayed: of 243 vertices, 0.85 of the underside, in place of 56 true ones,
+// 12 bear load. The other sets have the prior's measure.
 static OmStatus drop_idle(Job* j) {
     const OmMatch* m = j->match;
     OmMatchEstimate* out = j->out;
@@ -557,7 +558,7 @@ static OmStatus fit(Job* j, const OmProgress* progress) {
     out->infer_ms += 1e3 * (om_clock_now() - now);
     now = om_clock_now();
     OM_TRY(try_sets(j, progress));
-    if (j->advice && j->advice->present) OM_TRY(drop_idle(j));
+    if (j->advice && out->choice == 2 + j->advice->nset) OM_TRY(drop_idle(j));
     take_chosen(j);
     OM_TRY(try_present(j));
     out->check_ms += 1e3 * (om_clock_now() - now);
