@@ -252,10 +252,10 @@ typedef struct OmMatchAdvice {  // zero-initialise
     // sets to try beside the most probable one, nonzero where attached             (nset x ncorner)
     int nset;  // at most OM_MATCH_MAX_ADVICE
     const unsigned char* set[OM_MATCH_MAX_ADVICE];
-    // Attachments that the twin has, believed until a scan contradicts them; null: not known. One set more is tried:
-    // these, attached where the scans show that tissue stayed and the twin moved it, and free where they show that it
-    // moved; if it is chosen, of that only what they have or what bears load. An estimate is refused if they explain
-    // the scans as well, with the scene's modulus or with 0.5 to 2 times of it           (ncorner)
+    // Attachments that the twin has, those of the newest acquisition, believed until a scan contradicts them; null: not
+    // known. One set more is tried: these, attached where the scans show that tissue stayed and the twin moved it, and
+    // free where they show that it moved; if it is chosen, of that only what they have or what bears load. An estimate
+    // is refused if they explain the scans as well, with 0.5 to 2 times the scene's modulus   (ncorner)
     const unsigned char* present;
 } OmMatchAdvice;
 

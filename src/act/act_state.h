@@ -21,8 +21,8 @@ typedef struct Grid {
     OmPose task;                  // pose_world_task
     OmVec3 half;                  // half extent of the tissue, m
     int vert[OM_PLAN_MAX_BLOCK];  // of the twin's mesh, at the grasping point; -1: no tissue there
-    int face[OM_PLAN_MAX_BLOCK]
-            [4];  // vertices whose middle is the grasping point, all `vert` but of shells
+    // vertices whose middle is the grasping point; all four are `vert` but of shells
+    int face[OM_PLAN_MAX_BLOCK][4];
     OmVec3 tip[OM_PLAN_MAX_BLOCK];         // the grasping point at rest, task frame, m
     double center[3 * OM_PLAN_MAX_BLOCK];  // of the blocks at rest, task frame, m
     int roi_block;

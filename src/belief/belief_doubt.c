@@ -54,14 +54,14 @@ void om__doubt_mark(Belief* belief, int vert, bool is_attached) {
     if (belief->source) belief->source[vert] = is_attached ? SOURCE_PERSON : 0;
 }
 
-// The level up to which attachments must be freed until nothing holds a block; above 1: it may not be freed.
+// The level up to which attachments must be freed until nothing holds a block; above 1: it may not be, or is free.
 static double level_of(const Belief* belief, const unsigned char* was, int block) {
     const OmTetMesh* mesh = &om_body_site(belief->twin)->mesh;
-    double level = 0;
+    double level = -1;
     for (int v = 0; v < mesh->nvert; ++v)
         if (was[v] && om__grid_loads(belief->grid, block, om_load3(mesh->x, v)))
             level = fmax(level, belief->source[v] ? 2 : belief->probability[v]);
-    return level;
+    return level < 0 ? 2 : level;
 }
 
 // The least level at which a point may be grasped that may not be now; above 1: there is none.

@@ -90,6 +90,7 @@ typedef struct MatchTrier {  // om__match_trier_done frees
     double* distance;  // scratch, of the points of all scans
     double* mean;      // m, of each scan, by the last measurement       (nacq)
     double young;      // as OmMatchLoad has it
+    bool needs_rest;   // a trial ends, without distances, at the first acquisition without rest
 } MatchTrier;
 
 /// As om_match_update has them. @return OM_OK; OM_INVALID

@@ -87,6 +87,10 @@ OmStatus om__match_try(MatchTrier* t, const unsigned char* attached, double* x, 
             status = om_match_find_rest(m, &load, x + (size_t)a * n3, NULL);
         if (status < 0) return om_error_prefix(status, "acquisition %d", a);
         is_at_rest = is_at_rest && status == OM_OK;
+        if (!is_at_rest && t->needs_rest) {
+            *out = (OmMatchTrial){.is_at_rest = false};
+            return OM_OK;
+        }
     }
     OM_TRY(om__match_measure(t, x, out));
     out->is_at_rest = is_at_rest;

@@ -341,6 +341,7 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
         if (!j->set[k] || is_known(j, k)) continue;
         OmMatchTrial trial;
         memcpy(j->x, k == 0 ? j->evidence.x : out->x, size);
+        j->trier.needs_rest = k > 0;  // what another set needs to replace the first
         OM_TRY(om__match_try(&j->trier, j->set[k], j->x, &trial));
         // Where the set so far explains nothing, a set that explains something is enough.
         const double good = EXPLAINS * j->before.mean;
@@ -353,6 +354,7 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
         out->choice = k;
         memcpy(out->x, j->x, size);
     }
+    j->trier.needs_rest = false;
     OM_TRY(om_progress_report(progress, "check", n, n));
     return OM_OK;
 }
@@ -384,7 +386,9 @@ static OmStatus drop_idle(Job* j) {
     }
     OmMatchTrial trial;
     memcpy(j->x, out->x, size);
+    j->trier.needs_rest = true;
     OM_TRY(om__match_try(&j->trier, set, j->x, &trial));
+    j->trier.needs_rest = false;
     if (!trial.is_at_rest || CLEARLY * trial.mean > j->after.mean) return OM_OK;
     j->after = trial;
     memcpy(j->mean_after, j->trier.mean, (size_t)j->nacq * sizeof *j->mean_after);
@@ -413,6 +417,7 @@ static OmStatus try_present(Job* j) {
     j->present_young = 1;
     if (!j->advice || !j->advice->present || j->after.mean >= CLEARLY * j->before.mean)
         return OM_OK;
+    j->trier.needs_rest = true;
     for (int way = 0; way < 2 && j->present_young == 1; ++way)
         for (int k = 0; k < 2; ++k) {
             OmMatchTrial trial;
@@ -424,6 +429,7 @@ static OmStatus try_present(Job* j) {
             j->present_young = young[way][k];
         }
     j->trier.young = 0;
+    j->trier.needs_rest = false;
     return OM_OK;
 }
 
